@@ -1,0 +1,56 @@
+# make demo   the whole bathing job in the simulated bathroom
+# make test   all tests
+# make setup  only install; both of the above do it when something is missing
+
+# Whichever of these is a Python 3.12 (pyenv and uv make one of them so through .python-version).
+PYTHON ?= $(firstword $(foreach name,python3.12 python3 python,\
+  $(shell $(name) -c 'import sys; sys.version_info[:2] == (3, 12) and print("$(name)")' 2>/dev/null)))
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGES := $(wildcard bathbot_*)
+INTERFACES := $(shell find bathbot_msgs -type f)
+
+# The same pins for the build environments: pip before 25.3 reads the first name, later ones the second.
+export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: demo test setup colcon clean
+
+demo: setup
+	$(BIN)/bathbot demo
+
+test: setup
+	$(BIN)/python -m pytest
+
+setup: $(VENV)/system $(VENV)/interfaces $(VENV)/packages
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "make: no Python 3.12 found; install it, or say where: make PYTHON=/path/to/python3.12" >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+
+# open3d loads libraries that a bare machine lacks: install them, or say how.
+APT_LIBRARIES := libusb-1.0-0 libgl1 libgomp1 libx11-6
+$(VENV)/system: Makefile | $(BIN)/python
+	@for library in libusb-1.0.so.0 libGL.so.1 libgomp.so.1 libX11.so.6; do \
+	  $(BIN)/python -c "import ctypes; ctypes.CDLL('$$library')" 2>/dev/null || missing="$$missing $$library"; \
+	done; \
+	if [ -n "$$missing" ]; then \
+	  if [ "$$(id -u)" = 0 ]; then as=""; else as="sudo -n"; fi; \
+	  echo "installing system libraries:$$missing"; \
+	  { $$as apt-get install -y -q $(APT_LIBRARIES) || { $$as apt-get update -q && $$as apt-get install -y -q $(APT_LIBRARIES); }; } > $(VENV)/apt.log 2>&1 || \
+	  { echo "make: missing$$missing; run: sudo apt-get install $(APT_LIBRARIES)" >&2; exit 2; }; \
+	fi
+	@touch $@
+
+# Compiled from the ROS wheels: about a minute, so only when an interface changed.
+$(VENV)/interfaces: $(INTERFACES) constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet ./bathbot_msgs
+	@touch $@
+
+$(VENV)/packages: pyproject.toml constraints.txt $(VENV)/interfaces
+	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build install log

@@ -1,0 +1,1 @@
+"""The whole bathing assistant: simulated bathroom, recording, replay, reports, commands."""

@@ -1,0 +1,58 @@
+"""A thread that always works on the newest item: old frames are dropped, new ones never wait."""
+
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+Item = TypeVar("Item")
+
+
+class NewestWorker(Generic[Item]):
+    """Calls `work` in a thread of its own with the newest item handed over.
+
+    Errors that `work` raises are given to `fail`; the thread goes on with the next item.
+    """
+
+    def __init__(self, work: Callable[[Item], None], fail: Callable[[Exception], None]) -> None:
+        """Start the thread.
+
+        Args:
+            work: Called with one item at a time.
+            fail: Called with an exception that `work` raised.
+        """
+        self._work, self._fail = work, fail
+        self._condition = threading.Condition()
+        self._item: Item | None = None
+        self._open = True
+        self.done = 0
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def put(self, item: Item) -> None:
+        """Hand over an item; one that still waits is dropped and counted."""
+        with self._condition:
+            self.dropped += self._item is not None
+            self._item = item
+            self._condition.notify()
+
+    def close(self, timeout: float = 2.0) -> None:
+        """Stop after the item in work, waiting at most `timeout` [s]."""
+        with self._condition:
+            self._open = False
+            self._condition.notify()
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while True:
+            with self._condition:
+                self._condition.wait_for(lambda: self._item is not None or not self._open)
+                if not self._open:
+                    return
+                item, self._item = self._item, None
+            try:
+                self._work(item)
+            except Exception as error:  # the owner decides; this thread must live on
+                self._fail(error)
+            self.done += 1

@@ -1,0 +1,1 @@
+"""Scrub paths on skin, and the arm that follows them (paper, section 2.2)."""

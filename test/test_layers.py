@@ -1,0 +1,80 @@
+"""The architecture of docs/architecture.md, held against every import of the tree."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+UPSTREAM = {
+    "bathbot_depthcorr": set(),
+    "bathbot_perception": {"bathbot_depthcorr"},
+    "bathbot_localize": {"bathbot_depthcorr"},
+    "bathbot_scrub": {"bathbot_depthcorr", "bathbot_localize"},
+    "bathbot_bringup": {"bathbot_depthcorr", "bathbot_perception", "bathbot_localize", "bathbot_scrub"},
+}
+# The detector is a branch of its own: of the first stage it takes the frame of a node, nothing of depth.
+PERCEPTION_TAKES = {"errors", "newest_worker", "stage_node"}
+INTERFACES = {
+    "action_msgs", "bathbot_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "lifecycle_msgs", "nav_msgs",
+    "rcl_interfaces", "realsense2_camera_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs",
+    "trajectory_msgs", "vision_msgs",
+}  # fmt: skip
+MODULES = [
+    module
+    for package in UPSTREAM
+    for module in sorted((ROOT / package / package).rglob("*.py"))
+    if "__pycache__" not in module.parts
+]
+
+
+def imports(module: Path) -> set[str]:
+    """Dotted names of all modules that a file imports, anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def test_there_are_modules():
+    assert {module.relative_to(ROOT).parts[0] for module in MODULES} == set(UPSTREAM)
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: str(module.relative_to(ROOT)))
+def test_imports_flow_one_way(module):
+    package = module.relative_to(ROOT).parts[0]
+    used = {name.split(".")[0] for name in imports(module)}
+    ours = {name for name in used if name.startswith("bathbot_")} - {"bathbot_msgs"}
+    assert ours <= UPSTREAM[package] | {package}
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: str(module.relative_to(ROOT)))
+def test_only_nodes_know_ros(module):
+    used = {name.split(".")[0] for name in imports(module)}
+    if not module.stem.endswith("_node"):
+        assert "rclpy" not in used
+        if module.stem != "messages":
+            assert not used & INTERFACES
+
+
+def test_perception_takes_only_the_frame_of_a_node():
+    for module in (ROOT / "bathbot_perception/bathbot_perception").rglob("*.py"):
+        taken = {name.split(".")[1] for name in imports(module) if name.startswith("bathbot_depthcorr.")}
+        assert taken <= PERCEPTION_TAKES, module
+
+
+def test_a_node_file_names_no_other_package_privately():
+    private = [
+        (module, name) for module in MODULES for name in imports(module)
+        if name.startswith("bathbot_") and any(part.startswith("_") for part in name.split("."))
+    ]  # fmt: skip
+    assert not private
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: str(module.relative_to(ROOT)))
+def test_files_stay_small(module):
+    assert len(module.read_text(encoding="utf-8").splitlines()) <= 300
