@@ -1,5 +1,6 @@
 # make demo   the whole bathing job in the simulated bathroom
 # make test   all tests
+# make colcon builds and tests the same tree with colcon against the ROS wheels
 # make setup  only install; both of the above do it when something is missing
 
 # Whichever of these is a Python 3.12 (pyenv and uv make one of them so through .python-version).
@@ -49,8 +50,20 @@ $(VENV)/interfaces: $(INTERFACES) constraints.txt | $(BIN)/python
 	@touch $@
 
 $(VENV)/packages: pyproject.toml constraints.txt $(VENV)/interfaces
-	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	$(BIN)/python -m pip install --quiet --editable '.[test,colcon]'
 	@touch $@
+
+# On Ubuntu with apt's ROS 2 plain `colcon build` does the same.
+colcon: export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
+colcon: export CMAKE_PREFIX_PATH := $(CURDIR)/$(VENV)
+colcon: export ROS_DISTRO := jazzy
+colcon: export ROS_VERSION := 2
+colcon: export ROS_PYTHON_VERSION := 3
+colcon: export PATH := $(CURDIR)/$(BIN):$(PATH)
+colcon: setup
+	colcon build --cmake-args -DBUILD_TESTING=OFF -DCMAKE_PROJECT_INCLUDE=$(CURDIR)/bathbot_msgs/pip/ros_wheels.cmake -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python
+	colcon test --event-handlers console_cohesion+
+	colcon test-result
 
 clean:
 	rm -rf $(VENV) build install log
