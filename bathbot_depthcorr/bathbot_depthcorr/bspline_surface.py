@@ -1,0 +1,55 @@
+"""Tensor-product cubic B-splines over the image: smooth maps with few coefficients."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class SplineGrid:
+    """Uniform cubic B-splines: `columns` x `rows` coefficients over an image of `width` x `height` px."""
+
+    width: int
+    height: int
+    columns: int
+    rows: int
+
+    @property
+    def count(self) -> int:
+        """Number of coefficients."""
+        return self.columns * self.rows
+
+    def basis(self, u: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
+        """Bases along u, shape (len(u), columns), and v, shape (len(v), rows), at pixels of a grid."""
+        return _axis_basis(u, self.width, self.columns), _axis_basis(v, self.height, self.rows)
+
+    def tensor(self, u: ArrayLike, v: ArrayLike) -> Array:
+        """Design matrix, shape (len(v) len(u), count), of all pixels of the grid v x u, v slowest."""
+        along_u, along_v = self.basis(u, v)
+        return np.kron(along_v, along_u)
+
+    def evaluate(self, coefficients: ArrayLike, u: ArrayLike, v: ArrayLike) -> Array:
+        """Surface, shape (len(v), len(u)), of coefficients, shape (count,), v slowest."""
+        along_u, along_v = self.basis(u, v)
+        return along_v @ np.asarray(coefficients).reshape(self.rows, self.columns) @ along_u.T
+
+    def full(self, coefficients: ArrayLike) -> Array:
+        """Surface at every pixel, shape (height, width)."""
+        return self.evaluate(coefficients, np.arange(self.width), np.arange(self.height))
+
+    def roughness(self) -> Array:
+        """Quadratic form, shape (count, count): the sum of squared second differences of coefficients."""
+        columns, rows = np.eye(self.columns), np.eye(self.rows)
+        along_u = np.kron(rows, np.diff(columns, 2, axis=0))
+        along_v = np.kron(np.diff(rows, 2, axis=0), columns)
+        return along_u.T @ along_u + along_v.T @ along_v
+
+
+def _axis_basis(pixels: ArrayLike, size: int, count: int) -> Array:
+    step = size / (count - 3)
+    knots = -0.5 + step * np.arange(-3, count + 1)
+    return BSpline.design_matrix(np.asarray(pixels, dtype=float), knots, 3).toarray()

@@ -1,0 +1,70 @@
+"""Depth corrections on file: `load(path)` gives an object with `apply`, `sigma` and `T_colour_depth`."""
+
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_depthcorr.correction_model import (
+    FILE_FORMAT,
+    CalibrationFileError,
+    CameraUnit,
+    Correction,
+    Identity,
+    OtherCameraError,
+)
+from bathbot_depthcorr.disparity_spline import DisparitySpline
+from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import rotation_angle
+from bathbot_depthcorr.two_stage import TwoStage
+
+__all__ = ["MODELS", "CalibrationFileError", "CameraUnit", "Correction", "Identity", "OtherCameraError", "load"]
+
+MODELS: dict[str, type[Correction]] = {kind.model: kind for kind in (DisparitySpline, TwoStage, Identity)}
+
+
+def load(path: Path | str) -> Correction:
+    """Read a correction that `Correction.save` wrote.
+
+    Raises:
+        CalibrationFileError: If the file is missing, cut off, or something else.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            contents = {name: file[name] for name in file.files}
+    except FileNotFoundError as error:
+        raise CalibrationFileError(
+            f"no depth calibration at {path}; make one with: bathbot calibrate depth BAG --out {path}"
+        ) from error
+    except OSError as error:
+        raise CalibrationFileError(f"cannot read {path}: {error.strerror or error}; is it a file of yours?") from error
+    except (ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
+        raise CalibrationFileError(
+            f"{path} ({path.stat().st_size} bytes) is no depth calibration or is cut off; calibrate again"
+        ) from error
+    return _build(path, contents)
+
+
+def _build(path: Path, contents: dict[str, NDArray]) -> Correction:
+    found = str(contents.get("format", "none"))
+    if found != FILE_FORMAT:
+        raise CalibrationFileError(f"{path} has format {found!r}, expected {FILE_FORMAT!r}; calibrate again")
+    name = str(contents.get("model", "none"))
+    if name not in MODELS:
+        raise CalibrationFileError(f"{path} has model {name!r}, known are {', '.join(MODELS)}; update bathbot")
+    try:
+        transform = np.array(contents["T_colour_depth"], dtype=float)
+        if transform.shape != (4, 4) or not np.isfinite(rotation_angle(transform[:3, :3])):
+            raise ValueError(f"T_colour_depth has shape {transform.shape}")
+        width, height = (int(value) for value in contents["size"])
+        camera = Pinhole(width, height, *(float(value) for value in contents["intrinsics"]))
+        unit = CameraUnit(
+            camera, transform, str(contents["serial"]), float(contents["temperature"]), float(contents["baseline"])
+        )
+        return MODELS[name].from_arrays(unit, contents)
+    except (KeyError, ValueError, TypeError, IndexError, BathbotError) as error:
+        raise CalibrationFileError(f"{path} lacks or garbles a value: {error}; calibrate again") from error

@@ -1,0 +1,201 @@
+"""What every depth correction can do, whatever its model; the identity is the simplest.
+
+A correction belongs to one camera unit: it knows the serial number, the intrinsics and the size it was
+made for, and refuses another.
+"""
+
+import os
+import tempfile
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_depthcorr.errors import DepthcorrError
+from bathbot_depthcorr.pinhole import Pinhole
+
+FILE_FORMAT = "bathbot depth correction 1"
+DEFAULT_BASELINE = 0.095  # [m] between the D455's imagers
+FACTORY_NOISE = 0.08  # [px] of disparity, one frame on a textured wall
+
+Depth = NDArray[np.float32]
+
+
+class CalibrationFileError(DepthcorrError):
+    """A file that is no depth correction, or cannot be written."""
+
+
+class OtherCameraError(DepthcorrError):
+    """A correction made for another camera, size or lens."""
+
+
+class DepthShapeError(DepthcorrError):
+    """A depth image of another size than the calibration's."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraUnit:
+    """The one camera a correction was made for.
+
+    Attributes:
+        depth_camera: Intrinsics of the rectified depth stream at the size in use.
+        T_colour_depth: Maps points of the depth frame to the colour frame, shape (4, 4).
+        serial: Serial number, empty if unknown.
+        temperature: Of the depth chip at calibration [deg C], NaN if unknown.
+        baseline: Distance between the stereo imagers [m]; sets the unit of disparity.
+    """
+
+    depth_camera: Pinhole
+    T_colour_depth: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    serial: str = ""
+    temperature: float = float("nan")
+    baseline: float = DEFAULT_BASELINE
+
+    @property
+    def focal_baseline(self) -> float:
+        """Product f B [px m] that turns depth into disparity."""
+        return self.depth_camera.fx * self.baseline
+
+    def refuse_other(self, depth_camera: Pinhole, serial: str = "") -> None:
+        """Compare with the camera that is connected.
+
+        Raises:
+            OtherCameraError: If size, intrinsics (beyond 0.1 px) or a known serial number differ.
+        """
+        mine, theirs = self.depth_camera, depth_camera
+        if (mine.width, mine.height) != (theirs.width, theirs.height):
+            raise OtherCameraError(
+                f"calibration is for {mine.width}x{mine.height}, camera sends {theirs.width}x{theirs.height}; "
+                "set the camera's depth profile to the calibrated size or calibrate again"
+            )
+        for name in ("fx", "fy", "cx", "cy"):
+            if abs(getattr(mine, name) - getattr(theirs, name)) > 0.1:
+                raise OtherCameraError(
+                    f"calibration has {name} {getattr(mine, name):.2f} px, camera has {getattr(theirs, name):.2f} px; "
+                    "this is another camera or it was re-calibrated: calibrate again"
+                )
+        if serial and self.serial and serial != self.serial:
+            raise OtherCameraError(
+                f"calibration is for camera {self.serial}, connected is {serial}; use that camera's calibration file"
+            )
+
+
+class Correction(ABC):
+    """Turns the depth a camera reports into the depth that is true."""
+
+    model: ClassVar[str]
+
+    def __init__(self, unit: CameraUnit) -> None:
+        """Keep the camera this correction belongs to."""
+        self.unit = unit
+
+    @property
+    def T_colour_depth(self) -> NDArray[np.float64]:  # noqa: N802
+        """Maps points of the depth frame to the colour frame, shape (4, 4); fitted with the map."""
+        return self.unit.T_colour_depth
+
+    @property
+    def serial(self) -> str:
+        """Serial number of the camera, empty if unknown."""
+        return self.unit.serial
+
+    @property
+    def depth_camera(self) -> Pinhole:
+        """Size and intrinsics of the depth stream."""
+        return self.unit.depth_camera
+
+    @property
+    def temperature(self) -> float:
+        """Temperature of the depth chip at calibration [deg C], NaN if unknown."""
+        return self.unit.temperature
+
+    @abstractmethod
+    def apply(self, depth: Depth) -> Depth:
+        """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none."""
+
+    @abstractmethod
+    def sigma(self, depth: Depth) -> Depth:
+        """Standard deviation [m], shape (H, W), of corrected depth [m], of one frame; NaN stays NaN."""
+
+    @abstractmethod
+    def arrays(self) -> dict[str, NDArray]:
+        """What the model must write to its file, beside the camera unit."""
+
+    @classmethod
+    @abstractmethod
+    def from_arrays(cls, unit: CameraUnit, arrays: dict[str, NDArray]) -> "Correction":
+        """Build the correction from what `arrays` gave."""
+
+    def check_shape(self, depth: Depth) -> Depth:
+        """Give depth as contiguous float32.
+
+        Raises:
+            DepthShapeError: If the size is not the calibration's.
+        """
+        expected = (self.depth_camera.height, self.depth_camera.width)
+        if np.shape(depth) != expected:
+            raise DepthShapeError(
+                f"depth has shape {np.shape(depth)}, calibration is for {expected}; was the image resized?"
+            )
+        return np.ascontiguousarray(depth, dtype=np.float32)
+
+    def save(self, path: Path | str) -> None:
+        """Write the correction to an .npz file; an interrupted write leaves the old file.
+
+        Raises:
+            CalibrationFileError: If the folder is missing or not writable.
+        """
+        camera = self.depth_camera
+        contents: dict[str, Any] = {
+            "format": FILE_FORMAT, "model": self.model, "serial": self.serial,
+            "size": np.array([camera.width, camera.height]),
+            "intrinsics": np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+            "T_colour_depth": self.T_colour_depth, "temperature": self.temperature,
+            "baseline": self.unit.baseline, **self.arrays(),
+        }  # fmt: skip
+        write_atomically(Path(path), contents)
+
+
+def write_atomically(path: Path, contents: dict[str, Any]) -> None:
+    """Write an .npz file under a temporary name and move it into place."""
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    except OSError as error:
+        raise CalibrationFileError(f"cannot write {path}: {error.strerror}; choose another folder") from error
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez_compressed(file, **contents)
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except OSError as error:
+        raise CalibrationFileError(f"cannot write {path}: {error.strerror}; is the disk full?") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+class Identity(Correction):
+    """Leaves depth as it is; its uncertainty is that of an uncorrected D455."""
+
+    model = "identity"
+
+    def apply(self, depth: Depth) -> Depth:
+        """Give a copy of depth [m], shape (H, W)."""
+        return self.check_shape(depth).copy()
+
+    def sigma(self, depth: Depth) -> Depth:
+        """Noise of one frame and the 2 % that the data sheet allows, added in squares [m]."""
+        depth = self.check_shape(depth)
+        return np.hypot(np.square(depth) * np.float32(FACTORY_NOISE / self.unit.focal_baseline), np.float32(0.02) * depth)
+
+    def arrays(self) -> dict[str, NDArray]:
+        """Nothing: the identity has no parameters."""
+        return {}
+
+    @classmethod
+    def from_arrays(cls, unit: CameraUnit, arrays: dict[str, NDArray]) -> "Identity":
+        """Build the identity for a camera unit."""
+        return cls(unit)

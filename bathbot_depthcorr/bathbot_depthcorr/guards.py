@@ -1,0 +1,167 @@
+"""What a calibration must meet before it is believed; each refusal names the number that failed.
+
+The map is not the limit of absolute accuracy, its references are: the colour camera's focal length, the
+size of the printed squares, and views that differ enough to tell errors apart.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bathbot_depthcorr.colour_reference import ColourReference
+from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.errors import DepthcorrError
+from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
+from bathbot_depthcorr.rigid import inverse, rotation_angle
+from bathbot_depthcorr.views import CalibrationView
+
+LEAST_VIEWS, GOOD_VIEWS = 10, 18
+LEAST_DISTINCT = 8
+SAME_DISTANCE = 0.02  # [m] and
+SAME_ANGLE = np.deg2rad(2.0)  # [rad]: closer views count as one
+LEAST_TILT = np.deg2rad(8.0)
+LEAST_TILTED = 1.0 / 3.0
+LEAST_SPAN = 1.3  # farthest over nearest
+MOST_FOCAL = 0.005  # relative change of focal length against the factory
+MOST_CORNER_NOISE = 1.0  # [px]
+MOST_SCALE, ODD_SCALE = 0.06, 0.03  # relative difference of board and raw depth
+MOST_ANGLE = np.deg2rad(8.0)  # between the wall in raw depth and the board
+MOST_TURN, ODD_TURN = np.deg2rad(1.5), np.deg2rad(0.5)  # of the extrinsics against the factory
+MOST_MOVE, ODD_MOVE = 0.015, 0.004  # [m]
+
+
+class CalibrationRefusedError(DepthcorrError):
+    """Views from which no trustworthy correction can be made."""
+
+
+def check_views(views: Sequence[CalibrationView]) -> list[str]:
+    """Check number, variety, tilt and distances of the views.
+
+    Returns:
+        Warnings, one line each.
+
+    Raises:
+        CalibrationRefusedError: Naming the number that failed.
+    """
+    if len(views) < LEAST_VIEWS:
+        raise CalibrationRefusedError(
+            f"{len(views)} usable views of the board, at least {LEAST_VIEWS} are needed; "
+            "record 18 or more still poses of a second each"
+        )
+    distinct = _count_distinct(views)
+    if distinct < LEAST_DISTINCT:
+        raise CalibrationRefusedError(
+            f"only {distinct} of {len(views)} views differ by more than {SAME_DISTANCE * 100:.0f} cm or "
+            f"{np.rad2deg(SAME_ANGLE):.0f} deg, at least {LEAST_DISTINCT} are needed; move the camera between views"
+        )
+    tilted = float(np.mean([view.tilt >= LEAST_TILT for view in views]))
+    if tilted < LEAST_TILTED:
+        raise CalibrationRefusedError(
+            f"{tilted:.0%} of the views are tilted by {np.rad2deg(LEAST_TILT):.0f} deg or more, at least "
+            f"{LEAST_TILTED:.0%} are needed; turn the camera 15 to 25 deg to all sides"
+        )
+    distances = [view.distance for view in views]
+    span = max(distances) / min(distances)
+    if span < LEAST_SPAN:
+        raise CalibrationRefusedError(
+            f"distances span {min(distances):.2f} to {max(distances):.2f} m, the farthest must be {LEAST_SPAN} times "
+            "the nearest; record from 0.5 to 1.5 m"
+        )
+    warnings = []
+    if len(views) < GOOD_VIEWS:
+        warnings.append(f"{len(views)} views; {GOOD_VIEWS} or more halve the error")
+    if min(distances) > 0.65 or max(distances) < 0.9:
+        warnings.append(f"views from {min(distances):.2f} to {max(distances):.2f} m do not enclose 0.65 to 0.9 m")
+    return warnings
+
+
+def check_colour(reference: ColourReference) -> list[str]:
+    """Compare the colour camera's focal length with the factory's; warnings as in `check_views`.
+
+    Raises:
+        CalibrationRefusedError: If they differ by more than 0.5 %, or the corners do not fit a board.
+    """
+    if reference.corner_noise > MOST_CORNER_NOISE:
+        raise CalibrationRefusedError(
+            f"corners miss the fitted board by {reference.corner_noise:.2f} px RMS, at most {MOST_CORNER_NOISE} is "
+            "allowed; is the board flat, and did the camera stand still?"
+        )
+    excess = abs(reference.focal_change) - 2.0 * reference.focal_sigma
+    if excess > MOST_FOCAL:
+        raise CalibrationRefusedError(
+            f"focal length from the board differs by {reference.focal_change:+.2%} from the factory's, at most "
+            f"{MOST_FOCAL:.1%} is allowed; tilt the camera more, and check camera_info"
+        )
+    if reference.focal_sigma > MOST_FOCAL:
+        return [f"the views fix the focal length to {reference.focal_sigma:.2%} only; the factory's was kept"]
+    return []
+
+
+def check_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
+    """Compare raw depth with the board's plane: finds a wrong square size, a mirrored image, aligned depth.
+
+    Raises:
+        CalibrationRefusedError: If scale or direction of the wall cannot be right.
+    """
+    ratios, angles = zip(*(_compare(view, unit) for view in views), strict=True)
+    scale, angle = float(np.median(ratios)), float(np.median(angles))
+    if not abs(scale - 1.0) <= MOST_SCALE:
+        raise CalibrationRefusedError(
+            f"raw depth is {scale:.3f} times the board's distance, beyond {MOST_SCALE:.0%}; "
+            "measure a printed square and give its edge with --square"
+        )
+    if angle > MOST_ANGLE:
+        raise CalibrationRefusedError(
+            f"the wall in depth is turned by {np.rad2deg(angle):.1f} deg against the board, at most "
+            f"{np.rad2deg(MOST_ANGLE):.0f} are allowed; is the image mirrored, or the board not flat on the wall?"
+        )
+    if abs(scale - 1.0) > ODD_SCALE:
+        return [f"raw depth is {scale:.3f} times the board's distance: more than a D455 errs; measure the squares"]
+    return []
+
+
+def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
+    """Compare the fitted depth -> colour transform with the factory's.
+
+    Raises:
+        CalibrationRefusedError: If they differ by more than 1.5 deg or 15 mm.
+    """
+    turn, move = extrinsics_change(fitted, factory)
+    told = f"depth -> colour transform moved by {np.rad2deg(turn):.2f} deg and {move * 1e3:.1f} mm from the factory's"
+    if turn > MOST_TURN or move > MOST_MOVE:
+        raise CalibrationRefusedError(f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?")
+    return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
+
+
+def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> tuple[float, float]:
+    """Angle [rad] and distance [m] between two depth -> colour transforms."""
+    change = fitted.T_colour_depth @ inverse(factory.T_colour_depth)
+    move = fitted.T_colour_depth[:3, 3] - factory.T_colour_depth[:3, 3]
+    return float(rotation_angle(change[:3, :3])), float(np.linalg.norm(move))
+
+
+def _count_distinct(views: Sequence[CalibrationView]) -> int:
+    kept: list[CalibrationView] = []
+    for view in views:
+        same = [
+            abs(view.distance - other.distance) < SAME_DISTANCE
+            and float(view.plane.normal @ other.plane.normal) > np.cos(SAME_ANGLE)
+            for other in kept
+        ]
+        if not any(same):
+            kept.append(view)
+    return len(kept)
+
+
+def _compare(view: CalibrationView, unit: CameraUnit) -> tuple[float, float]:
+    """Distance of the raw wall over the board's, and the angle [rad] between them."""
+    every = (slice(4, None, 8), slice(4, None, 8))
+    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[every])
+    expected = view.plane.transformed(inverse(unit.T_colour_depth))
+    try:
+        found = fit_plane(rays * view.depth[every][..., None], robust=True)
+    except DegeneratePlaneError as error:
+        raise CalibrationRefusedError(f"a view at {view.distance:.2f} m shows no wall in depth: {error}") from error
+    angle = float(np.arccos(np.clip(found.normal @ expected.normal, -1.0, 1.0)))
+    axis = np.array([0.0, 0.0, 1.0])
+    return float(found.depth_along(axis) / expected.depth_along(axis)), angle

@@ -1,0 +1,115 @@
+"""What a calibration learns from: a flat wall seen by the depth camera, its true plane by the colour camera."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_depthcorr.correction_model import CameraUnit, Correction
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.plane import Plane
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationView:
+    """One pose of the camera before the wall.
+
+    Attributes:
+        depth: Raw depth [m], mean of the still frames, shape (H, W), NaN = none.
+        plane: The wall in the colour frame, from the chessboard.
+        covariance: Of the plane's inverse form m (m.x = 1) [1/m^2], shape (3, 3); zero if it is exact.
+        frames: How many frames `depth` is the mean of.
+        temporal_noise: Standard deviation of inverse depth between frames [1/m].
+    """
+
+    depth: NDArray[np.float32]
+    plane: Plane
+    covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    frames: int = 1
+    temporal_noise: float = 0.0
+
+    @property
+    def distance(self) -> float:
+        """Distance of the wall along the colour camera's axis [m]."""
+        return float(self.plane.depth_along((0.0, 0.0, 1.0)))
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the wall's normal and the colour camera's axis [rad]."""
+        return float(np.arccos(min(1.0, abs(self.plane.normal[2]))))
+
+
+class Blocks(NamedTuple):
+    """Means over square blocks of a disparity image; arrays of shape (rows, columns) [px].
+
+    Attributes:
+        u: Mean column of a block's valid pixels, NaN where a block has too few.
+        v: Mean row.
+        disparity: Mean disparity.
+        ripple: Means of the ripple's sines and cosines, shape (rows, columns, 4).
+    """
+
+    u: Array
+    v: Array
+    disparity: Array
+    ripple: Array
+
+
+def block_size(camera: Pinhole) -> int:
+    """Edge of the blocks [px]: about a hundred across the image."""
+    return 8 if camera.width <= 900 else 12 if camera.width < 1200 else 16
+
+
+def block_centres(camera: Pinhole) -> tuple[Array, Array]:
+    """Columns u and rows v [px] of the centres of the blocks."""
+    size = block_size(camera)
+    centre = 0.5 * (size - 1)
+    return centre + size * np.arange(camera.width // size), centre + size * np.arange(camera.height // size)
+
+
+def block_means(values: NDArray, valid: NDArray, size: int) -> Array:
+    """Means of values, shape (H, W), over the valid pixels of each block; NaN where less than half are."""
+    rows, columns = values.shape[0] // size, values.shape[1] // size
+    shape = (rows, size, columns, size)
+    inside = (slice(rows * size), slice(columns * size))
+    count = valid[inside].reshape(shape).sum(axis=(1, 3))
+    total = np.where(valid, values, 0.0)[inside].reshape(shape).sum(axis=(1, 3))
+    return np.where(count >= 0.5 * size * size, total / np.maximum(count, 1), np.nan)
+
+
+def true_disparity(view: CalibrationView, unit: CameraUnit, directions: Array) -> Array:
+    """Disparity [px], shape (...), that the wall should have along depth rays, shape (..., 3)."""
+    m = view.plane.inverse_form
+    transform = unit.T_colour_depth
+    rotated = transform[:3, :3].T @ m
+    return unit.focal_baseline * (directions @ rotated) / (1.0 - m @ transform[:3, 3])
+
+
+def true_depth(view: CalibrationView, unit: CameraUnit) -> Array:
+    """Depth [m], shape (H, W), that the wall should have in the depth image."""
+    camera = unit.depth_camera
+    disparity = true_disparity(view, unit, camera.directions(camera.pixel_grid()))
+    return np.where(disparity > 0.0, unit.focal_baseline / np.where(disparity > 0.0, disparity, 1.0), np.nan)
+
+
+def nearest_first(views: Sequence[CalibrationView]) -> list[CalibrationView]:
+    """Views ordered by distance, near to far."""
+    return sorted(views, key=lambda view: view.distance)
+
+
+def wall_noise(correction: Correction, views: Sequence[CalibrationView]) -> float:
+    """Standard deviation of one pixel's disparity in one frame [px], from what a correction leaves.
+
+    A constant error of a whole view is taken out: it comes from the view's plane, not from the pixels.
+    """
+    unit, variances = correction.unit, []
+    for view in views:
+        left = unit.focal_baseline / correction.apply(view.depth) - unit.focal_baseline / true_depth(view, unit)
+        left = left[::3, ::3][np.isfinite(left[::3, ::3])]
+        frozen = 1.4826 * np.median(np.abs(left - np.median(left)))
+        variances.append(frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2)
+    return float(np.sqrt(np.median(variances)))

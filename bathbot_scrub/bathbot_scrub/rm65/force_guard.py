@@ -1,0 +1,217 @@
+"""The force guard: what the arm may do next, from force, age of the data and connection. Pure.
+
+States and what leads from one to the next:
+
+    FREE -> APPROACH            asked to approach, or to go home
+    APPROACH -> CONTACT         skin felt on the straight part
+    APPROACH -> HOLD            nothing felt, or stopped
+    any that touches -> RETRACTING   force above a threshold, or asked
+    RETRACTING -> FREE          asked, and done
+    RETRACTING -> HOLD          forced, and done; FAULT when the hard limit was passed
+    any that moves or touches -> FAULT  data too old, connection lost
+    FAULT -> RETRACTING         pressed on the skin, by data that can be trusted again
+    FAULT -> HOLD               the cause is gone and someone resumes
+"""
+
+from enum import Enum, IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.force_limits import ForceLimits, RegionLimits
+
+Array = NDArray[np.float64]
+
+
+class State(IntEnum):
+    """States as in bathbot_msgs/ArmState."""
+
+    FREE = 0
+    APPROACH = 1
+    CONTACT = 2
+    RETRACTING = 3
+    HOLD = 4
+    FAULT = 5
+
+
+class Action(Enum):
+    """What the control loop must do at once."""
+
+    GO_ON = "go on"
+    STOP = "stop"
+    RETRACT = "retract"
+
+
+class Reading(NamedTuple):
+    """What the guard looks at in every period."""
+
+    wrench: Array    # [N, Nm] filtered, on the head about its tip, shape (6,)
+    sudden: float    # [N] resultant, unfiltered but for single glitches
+    age: float       # [s] since the sample arrived
+    connected: bool  # TCP
+
+
+class ForceGuard:
+    """The state of the arm with regard to the person. Time comes in as the age of readings."""
+
+    def __init__(self, limits: ForceLimits, stale_after: float) -> None:
+        """Begin FREE; data older than `stale_after` [s] stops the arm."""
+        self._limits, self._stale_after = limits, stale_after
+        self.state, self.reason = State.FREE, ""
+        self.region: RegionLimits = limits.gentlest()
+        self.touching = False  # on the skin, or so near that it may be
+        self.moving = False    # set by the control loop
+        self._seeking = False
+        self._paused_from: State | None = None
+        self._after_retract = State.FREE
+
+    @property
+    def threshold(self) -> float:
+        """Force [N] above which the arm retracts."""
+        return self.region.retract
+
+    @property
+    def paused(self) -> bool:
+        """Whether a motion waits to be resumed."""
+        return self._paused_from is not None
+
+    @property
+    def contact_force(self) -> float:
+        """Force [N] at which skin counts as felt."""
+        return self._limits.contact
+
+    def check(self, reading: Reading) -> Action:
+        """Judge one reading; changes the state and tells what to do at once."""
+        if self.state is State.FAULT:  # still leaves when pressed, as long as the force can be trusted
+            excess = self._excess(reading) if self.touching and not self._doubt(reading) else ""
+            return self._leave(excess, hard=True) if excess else Action.GO_ON
+        if (self.moving or self.touching) and (trouble := self._doubt(reading)):
+            return self.fault(trouble)
+        if self.state is State.RETRACTING:
+            if reading.sudden > self.region.hard_stop and self._after_retract is not State.FAULT:
+                self._after_retract = State.FAULT
+                self.reason = f"retracting: force {reading.sudden:.1f} N passed the hard limit"
+            return Action.GO_ON
+        if excess := self._excess(reading):
+            return self._leave(excess, reading.sudden > self.region.hard_stop)
+        if self._seeking and np.linalg.norm(reading.wrench[:3]) >= self._limits.contact:
+            self._seeking = False
+            self.state, self.reason = State.CONTACT, ""
+            return Action.STOP
+        return Action.GO_ON
+
+    def begin_approach(self, region: RegionLimits, reason: str = "") -> None:
+        """Go from FREE or HOLD on the way to a target, through free air.
+
+        Raises:
+            NotReadyError: In any other state, or on the skin.
+        """
+        if self.state not in (State.FREE, State.HOLD):
+            raise NotReadyError(f"the arm is in state {self.state.name} ({self.reason or 'busy'}); "
+                                "wait until it is free, or call arm/stop or arm/resume")
+        if self.touching:
+            raise NotReadyError("the head may be on the skin; call arm/retract first")
+        self._enter(State.APPROACH, reason)
+        self.region = region
+
+    def begin_seeking(self) -> None:
+        """Begin the straight part: from here on the head may touch."""
+        if self.state is not State.APPROACH:
+            raise NotReadyError(f"the approach ended in state {self.state.name}: {self.reason}")
+        self._seeking = self.touching = True
+
+    def begin_retract(self) -> None:
+        """Leave because someone asked.
+
+        Raises:
+            NotReadyError: In FAULT.
+        """
+        if self.state is State.FAULT:
+            raise NotReadyError(f"the arm is in FAULT ({self.reason}); mend it and call arm/resume first")
+        if self.state is not State.RETRACTING:
+            self._enter(State.RETRACTING, "retract was asked for")
+            self._after_retract = State.FREE
+
+    def arrived(self, where: str) -> None:
+        """The motion of this state has reached its end."""
+        if self.state is State.RETRACTING:
+            self.touching = False
+            forced = self._after_retract is not State.FREE
+            self._enter(self._after_retract, self.reason.replace("retracting", "retracted") if forced else where)
+        elif self._seeking:
+            self._enter(State.HOLD, "nothing felt where the skin should be")
+        elif self.state is State.APPROACH:
+            self._enter(State.FREE, where)
+
+    def stop(self, reason: str) -> Action:
+        """Give up the motion."""
+        if self.state is not State.FAULT:
+            self._enter(State.HOLD, reason)
+        return Action.STOP
+
+    def pause(self) -> None:
+        """Stand still until resumed.
+
+        Raises:
+            NotReadyError: When there is no motion to pause.
+        """
+        if self.state not in (State.APPROACH, State.CONTACT):
+            raise NotReadyError(f"nothing to pause in state {self.state.name}")
+        seeking, paused_from = self._seeking, self.state
+        self._enter(State.HOLD, "paused")
+        self._seeking, self._paused_from = seeking and paused_from is State.APPROACH, paused_from
+
+    def resume(self, reading: Reading) -> bool:
+        """Go on after a pause, or leave FAULT for HOLD; true when the paused motion goes on.
+
+        Raises:
+            NotReadyError: When nothing is paused, or the cause of the fault is still there.
+        """
+        if self.state is State.FAULT:
+            if trouble := self._doubt(reading):
+                raise NotReadyError(f"cannot resume: {trouble}")
+            self._enter(State.HOLD, "resumed after a fault; retract or go home")
+            return False
+        if self._paused_from is None:
+            raise NotReadyError(f"nothing is paused; the arm is in state {self.state.name}")
+        state, self._paused_from = self._paused_from, None
+        self.state, self.reason = state, ""
+        return True
+
+    def fault(self, reason: str) -> Action:
+        """Stand still until the cause is gone and someone resumes."""
+        self._enter(State.FAULT, reason)
+        return Action.STOP
+
+    def _enter(self, state: State, reason: str) -> None:
+        self.state, self.reason = state, reason
+        self._seeking, self._paused_from = False, None
+
+    def _doubt(self, reading: Reading) -> str:
+        if not reading.connected:
+            return "connection to the controller lost"
+        if not reading.age <= self._stale_after:
+            return f"no state from the controller for {reading.age:.2f} s"
+        return "" if np.isfinite(reading.wrench).all() else "force reading is not a number"
+
+    def _excess(self, reading: Reading) -> str:
+        """Name the limit that the reading passes; empty when none."""
+        region, force = self.region, np.abs(reading.wrench[:3])
+        resultant, torque = float(np.linalg.norm(force)), float(np.linalg.norm(reading.wrench[3:]))
+        if reading.sudden > region.hard_stop:
+            return f"force {reading.sudden:.1f} N above the hard limit {region.hard_stop:g} N"
+        if resultant > region.retract:
+            return f"force {resultant:.1f} N above {region.retract:g} N"
+        for axis, value, limit in zip("xyz", force, region.axis, strict=True):
+            if value > limit:
+                return f"force {value:.1f} N along {axis} above {limit:g} N"
+        return f"torque {torque:.2f} Nm above {region.torque:g} Nm" if torque > region.torque else ""
+
+    def _leave(self, excess: str, hard: bool) -> Action:
+        if not self.touching:  # pushed in free air: no normal to leave along
+            return self.stop(f"stopped: {excess}") if self.moving else Action.GO_ON
+        self._enter(State.RETRACTING, f"retracting: {excess}")
+        self._after_retract = State.FAULT if hard else State.HOLD
+        return Action.RETRACT

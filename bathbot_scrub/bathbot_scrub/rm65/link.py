@@ -1,0 +1,144 @@
+"""The driver's link to one controller: connects, orders the state push, keeps the newest sample.
+
+Runs in the background for as long as the driver lives; a wrong address or a lost cable is reported
+once per reason and tried again.
+"""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from bathbot_scrub.rm65.client import ArmClient, Connection
+from bathbot_scrub.rm65.control_loop import Sensed
+from bathbot_scrub.rm65.errors import ArmError, RefusedError
+from bathbot_scrub.rm65.force_guard import Reading
+from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
+from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
+
+_RETRY = 1.0     # [s] between attempts to order the push
+_SILENCE = 2.0   # [s] without push after which it is ordered again
+
+
+class Link:
+    """TCP client and UDP receiver of one controller, set up as the driver needs them."""
+
+    def __init__(self, host: str, port: int, udp_port: int, variant: str, cutoff: float,
+                 warn: Callable[[str], None], lost: Callable[[], None]) -> None:
+        """Start to connect.
+
+        Args:
+            host: Address of the controller.
+            port: Its TCP port.
+            udp_port: Ours for the push; 0: any free one.
+            variant: That the controller must have.
+            cutoff: Of the wrench filter [Hz].
+            warn: Takes one line for the log, at every new reason.
+            lost: Called when the connection is lost.
+
+        Raises:
+            ArmConnectionError: When our UDP port is taken.
+        """
+        self._variant, self._warn, self._lost = variant, warn, lost
+        self._filter = WrenchFilter(cutoff)
+        self._filter_lock = threading.Lock()
+        self.wrench: HeadWrench | None = None
+        self.sample: ArmSample | None = None
+        self.trouble = "not yet connected"
+        self._ready = False
+        self._wake = threading.Event()
+        self._open = True
+        self.receiver = StateReceiver(udp_port, self._take)
+        self.client = ArmClient(host, port, self._connection)
+        self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
+        self._thread.start()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the controller is set up and its TCP connection stands."""
+        return self._ready and self.client.connection.connected
+
+    def sense(self) -> Sensed:
+        """What was measured last."""
+        wrench, sample = self.wrench, self.sample
+        if wrench is None or sample is None:
+            return Sensed(Reading(np.full(6, np.nan), math.nan, math.inf, self.connected), np.full(6, np.nan))
+        age = time.monotonic() - wrench.stamp
+        return Sensed(Reading(wrench.filtered, wrench.sudden, age, self.connected), sample.joints)
+
+    def zero_force(self, settle: float = 0.15) -> float:
+        """Zero the sensor, at rest; give the resultant [N] that remains.
+
+        Raises:
+            RefusedError: When the controller refuses.
+            ArmConnectionError: Without connection.
+        """
+        self.client.demand({"command": "clear_force_data"}, "clear_state")
+        time.sleep(0.03)  # samples on their way are older than the reply
+        with self._filter_lock:
+            self._filter.reset()
+        time.sleep(settle)
+        return math.inf if self.wrench is None else self.wrench.force
+
+    def close(self) -> None:
+        """End everything."""
+        self._open = False
+        self._wake.set()
+        self.client.close()
+        self._thread.join(3.0)
+        self.receiver.close()
+
+    def _take(self, sample: ArmSample) -> None:
+        with self._filter_lock:
+            self.wrench = self._filter.update(sample.stamp, sample.wrench)
+        self.sample = sample
+
+    def _connection(self, connection: Connection) -> None:
+        if not connection.connected:
+            self._ready = False
+            self._complain(connection.reason)
+            self._lost()
+        self._wake.set()
+
+    def _complain(self, trouble: str) -> None:
+        if trouble != self.trouble:
+            self._warn(trouble)
+        self.trouble = trouble
+
+    def _keep(self) -> None:
+        """Set the controller up at every connection, and again when its push stays away."""
+        while self._open:
+            self._wake.wait(_RETRY)
+            self._wake.clear()
+            if not (self._open and self.client.connection.connected):
+                continue
+            silent = self._ready and self.receiver.age() > _SILENCE
+            if silent:
+                self._complain(f"no state from the controller on UDP port {self.receiver.port}; check firewall and udp_port")
+            if silent or not self._ready:
+                try:
+                    self._set_up()
+                except ArmError as error:
+                    self._complain(str(error))
+            elif self.trouble:
+                self.trouble = ""
+
+    def _set_up(self) -> None:
+        info = self.client.request({"command": "get_arm_software_info"})
+        product = str(info.get("Product_version", ""))
+        if _variant_of(product) != self._variant:
+            raise RefusedError(f"the controller says it is {product[:20]!r}, but parameter variant is "
+                               f"{self._variant}; set variant to {_variant_of(product) or 'B, 6F or 6FB'}")
+        self.client.demand({
+            "command": "set_realtime_push", "cycle": 1, "enable": True, "port": self.receiver.port,
+            "force_coordinate": 0, "ip": self.client.local_address(),
+        }, "state")
+        self._ready = True
+
+
+def _variant_of(product: str) -> str:
+    """Variant in a product name such as RM65-6FI (I: third generation) or RM65-B-V; empty when unknown."""
+    name = product.upper().removeprefix("RM65-").removeprefix("RM_65-").removesuffix("-V").removesuffix("I")
+    return name if name in ("B", "6F", "6FB") else ""

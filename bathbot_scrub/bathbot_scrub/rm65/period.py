@@ -1,0 +1,69 @@
+"""A steady beat on an absolute schedule, and how regular it really is."""
+
+import os
+import threading
+import time
+from collections import deque
+
+import numpy as np
+
+
+class PeriodStatistics:
+    """Deviations of the last periods from the one wanted. One thread adds, others read."""
+
+    def __init__(self, period: float, kept: int = 500) -> None:
+        """Keep the newest `kept` periods; `period` [s] is wanted."""
+        self.period = period
+        self._deviations: deque[float] = deque(maxlen=kept)
+        self._last: float | None = None
+        self.missed = 0  # periods longer than twice the one wanted, ever
+        self.sent = 0
+
+    def tick(self, now: float) -> None:
+        """A command goes out now [s]."""
+        if self._last is not None:
+            gap = now - self._last
+            self._deviations.append(abs(gap - self.period))
+            self.missed += gap > 2.0 * self.period
+        self._last = now
+        self.sent += 1
+
+    def pause(self) -> None:
+        """The stream rests: the gap that follows is none of its periods."""
+        self._last = None
+
+    def p99(self) -> float:
+        """99th percentile of |period - wanted| [s]; 0 before the first."""
+        deviations = list(self._deviations)
+        return float(np.percentile(deviations, 99)) if deviations else 0.0
+
+
+class Beat:
+    """Wakes at start, start + period, ...; skips beats it has missed altogether."""
+
+    def __init__(self, period: float) -> None:
+        """Begin now; `period` in [s]."""
+        self._period = period
+        self._due = time.monotonic()
+
+    def wait(self) -> None:
+        """Sleep until the next beat."""
+        self._due += self._period
+        left = self._due - time.monotonic()
+        if left > 0.0:
+            time.sleep(left)  # clock_nanosleep on the monotonic clock
+        elif left < -self._period:
+            self._due = time.monotonic()
+
+
+def raise_priority() -> str:
+    """Ask for a better place for the calling thread; say what was granted."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))
+    except (OSError, AttributeError):
+        try:
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
+        except (OSError, AttributeError):
+            return "ordinary priority (no permission for more)"
+        return "nice -10"
+    return "SCHED_FIFO 20"

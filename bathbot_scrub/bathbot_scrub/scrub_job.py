@@ -1,0 +1,231 @@
+"""One scrub: a thread that plans segments a few ahead of the arm and watches arm and skin (Fig. 7).
+
+The paper's two threads and FIFO: this thread plans, the arm's driver drains its queue. The queue is
+bounded: a segment is sent only when the arm holds fewer than `ahead`, so each is planned on a
+surface as new as can be.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from bathbot_depthcorr.errors import BathbotError
+from numpy.typing import NDArray
+
+from bathbot_scrub.errors import (
+    ArmLeftError,
+    ArmStoppedError,
+    NotReadyError,
+    OutOfReachError,
+    ScrubCanceledError,
+    SurfaceError,
+    TargetLostError,
+)
+from bathbot_scrub.path_planner import PathPlanner
+from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segments import Segment
+
+Array = NDArray[np.float64]
+_TICK = 0.05  # [s] between looks at clock and arm when nothing arrives
+
+
+class Code(IntEnum):
+    """Error codes of action/Scrub."""
+
+    NONE = 0
+    NO_SURFACE = 1
+    UNREACHABLE = 2
+    FORCE_LIMIT = 3
+    ARM_STOPPED = 4
+    TARGET_LOST = 5
+    NOT_READY = 6
+    CANCELED = 7
+
+
+class ArmMode(IntEnum):
+    """States of bathbot_msgs/ArmState."""
+
+    FREE = 0
+    APPROACH = 1
+    CONTACT = 2
+    RETRACTING = 3
+    HOLD = 4
+    FAULT = 5
+
+
+class ArmReport(NamedTuple):
+    """What the arm says of itself; fields as in bathbot_msgs/ArmState."""
+
+    mode: ArmMode
+    reason: str
+    path_id: int
+    segment_index: int
+    segments_queued: int
+    distance_along: float
+    path_done: bool
+
+
+class Outcome(NamedTuple):
+    """How a scrub ended.
+
+    Attributes:
+        code: What kept it from success.
+        message: In plain words; empty on success.
+        segments: Sent to the arm.
+        length: Of path followed [m].
+    """
+
+    code: Code
+    message: str
+    segments: int
+    length: float
+
+
+class Sighting(NamedTuple):
+    """A surface not decoded yet: `decode` gives points in the base frame, shape (H, W, 3); `stamp` [s]."""
+
+    stamp: float
+    decode: Callable[[], Array]
+
+
+class ScrubJob:
+    """Runs one path from the first segment to its end."""
+
+    def __init__(
+        self,
+        path_id: int,
+        plan: Callable[[], PathPlanner],
+        send: Callable[[Segment, float], None],
+        done: Callable[[Outcome], None],
+        clock: Callable[[], float],
+        settings: ScrubPlannerSettings,
+    ) -> None:
+        """Keep what the thread needs; `start` runs it.
+
+        Args:
+            path_id: Of all segments of this path.
+            plan: Chooses the path; called once, in the thread.
+            send: Takes each segment and the time [s] its planning took; called in the thread.
+            done: Called once, at the end, in the thread.
+            clock: Time [s] on the scale of the surfaces' stamps.
+            settings: Of the planner.
+        """
+        self.path_id = path_id
+        self._plan, self._send, self._done, self._clock, self._settings = plan, send, done, clock, settings
+        self._news = threading.Condition()
+        self._sighting: Sighting | None = None
+        self._arm: ArmReport | None = None
+        self._heard = time.monotonic()
+        self._canceled = False
+        self._sent, self._length = 0, 0.0
+        self._thread = threading.Thread(target=self._run, name="scrub", daemon=True)
+
+    def start(self) -> None:
+        """Begin to plan."""
+        self._thread.start()
+
+    def see_surface(self, sighting: Sighting) -> None:
+        """Hand over a newer surface; one that still waits is dropped."""
+        with self._news:
+            self._sighting = sighting
+            self._news.notify()
+
+    def see_arm(self, report: ArmReport) -> None:
+        """Hand over what the arm says; a retraction is never overlooked."""
+        with self._news:
+            if self._arm is None or self._arm.mode != ArmMode.RETRACTING:
+                self._arm = report
+            self._heard = time.monotonic()
+            self._news.notify()
+
+    def cancel(self) -> None:
+        """Ask the job to end."""
+        with self._news:
+            self._canceled = True
+            self._news.notify()
+
+    def join(self, timeout: float = 5.0) -> None:
+        """Wait for the thread's end, at most `timeout` [s]."""
+        self._thread.join(timeout)
+
+    def _run(self) -> None:
+        code, message = Code.NONE, ""
+        try:
+            self._follow(self._plan())
+        except BathbotError as error:
+            code, message = code_of(error), str(error)
+        self._done(Outcome(code, message, self._sent, self._length))
+
+    def _follow(self, planner: PathPlanner) -> None:
+        begin = seen = time.monotonic()
+        while True:
+            arm = self._wait()
+            if self._at_end(planner, arm):
+                return
+            self._demand_contact(arm, time.monotonic() - begin)
+            wanted = not planner.finished and self._with_arm(arm) < self._settings.ahead
+            if wanted or time.monotonic() - seen > self._settings.watch_period:
+                seen = time.monotonic()
+                self._look(planner)
+            if wanted:
+                start = time.perf_counter()
+                segment = planner.next_segment()
+                self._send(segment, time.perf_counter() - start)
+                self._sent += 1
+
+    def _wait(self) -> ArmReport | None:
+        with self._news:
+            self._news.wait(_TICK)
+            if self._canceled:
+                raise ScrubCanceledError(f"canceled after {self._sent} segments")
+            return self._arm
+
+    def _look(self, planner: PathPlanner) -> None:
+        """Take in the newest surface, if there is one, and insist on seeing skin now and then."""
+        with self._news:
+            sighting, self._sighting = self._sighting, None
+        if sighting is not None and sighting.stamp > planner.map.stamp:
+            planner.map.see(sighting.decode(), sighting.stamp)
+        planner.map.demand_in_sight(self._clock())
+
+    def _with_arm(self, arm: ArmReport | None) -> int:
+        """Segments sent and not yet left behind: robust against reports older than the last segment."""
+        return self._sent - (arm.segment_index if arm is not None and arm.path_id == self.path_id else 0)
+
+    def _at_end(self, planner: PathPlanner, arm: ArmReport | None) -> bool:
+        if arm is None or arm.path_id != self.path_id or not self._sent:
+            return False
+        self._length = arm.distance_along
+        return planner.finished and arm.path_done
+
+    def _demand_contact(self, arm: ArmReport | None, running: float) -> None:
+        """Raise when the arm does not scrub; `running` [s] since the start."""
+        silent = time.monotonic() - self._heard
+        if silent > self._settings.arm_state_max_age:
+            raise ArmStoppedError(f"arm_state has been silent for {silent:.1f} s; is rm65_driver running?")
+        if arm is None:
+            return
+        if arm.mode == ArmMode.RETRACTING:
+            raise ArmLeftError(f"the arm left the skin: {arm.reason or 'no reason given'}")
+        if arm.mode != ArmMode.CONTACT:
+            raise ArmStoppedError(f"the arm is in {arm.mode.name}: {arm.reason or 'no reason given'}")
+        if running > self._settings.start_timeout and arm.path_id != self.path_id:
+            raise ArmStoppedError(
+                f"the arm did not take up path {self.path_id} within {self._settings.start_timeout} s, "
+                f"it is on path {arm.path_id}; see the log of rm65_driver"
+            )
+
+
+def code_of(error: BathbotError) -> Code:
+    """The error code of action/Scrub that stands for an error."""
+    kinds: tuple[tuple[type[BathbotError], Code], ...] = (
+        (OutOfReachError, Code.UNREACHABLE), (UnreachableError, Code.UNREACHABLE),
+        (TargetLostError, Code.TARGET_LOST), (SurfaceError, Code.NO_SURFACE),
+        (ArmLeftError, Code.FORCE_LIMIT), (ArmStoppedError, Code.ARM_STOPPED),
+        (NotReadyError, Code.NOT_READY), (ScrubCanceledError, Code.CANCELED),
+    )  # fmt: skip
+    return next((code for kind, code in kinds if isinstance(error, kind)), Code.NO_SURFACE)

@@ -1,0 +1,212 @@
+"""Plans scrub paths: `contact_targets`, `surface`, `arm_state` -> `scrub_segments`, action `scrub`.
+
+Targets and surfaces count only as seen while the arm was free; what is seen later tells how the
+skin moves. The action's status stays ACCEPTED until it ends: a waiting coroutine would keep the
+executor busy.
+"""
+
+from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.messages import stamp_seconds
+from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_localize.messages import surface_from_cloud, transform_from_pose
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2
+from std_srvs.srv import Trigger
+
+from bathbot_msgs.action import Scrub
+from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
+from bathbot_scrub.before_contact import BeforeContact
+from bathbot_scrub.errors import NotReadyError
+from bathbot_scrub.messages import (
+    joints_from_state,
+    message_from_segment,
+    path_from_poses,
+    report_from_arm,
+    result_from_outcome,
+    targets_by_region,
+)
+from bathbot_scrub.path_planner import PathPlanner, Task
+from bathbot_scrub.reach import Reach
+from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, Sighting, code_of
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segments import Segment
+
+
+class ScrubPlanner(StageNode):
+    """Holds at most one job; its thread plans, publishes and ends the goal."""
+
+    def __init__(self) -> None:
+        """Declare the parameters."""
+        super().__init__("scrub_planner", ScrubPlannerSettings)
+
+    def setup(self, settings: ScrubPlannerSettings) -> None:
+        """Make the publishers."""
+        self._settings = settings
+        self._kinematics = Kinematics(settings.arm_variant)
+        self._segments = self.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
+        self._path = self.create_publisher(Path, "planned_path", LATCHED)
+        self._pause = self.create_client(Trigger, "arm/pause")
+
+    def start(self) -> None:
+        """Listen to localiser and arm, and take goals."""
+        self._before = BeforeContact(self._settings.surface_max_age)
+        self._job: ScrubJob | None = None
+        self._head: PoseStamped | None = None
+        self._joints: JointState | None = None
+        listen = self.create_subscription
+        self._inputs = [
+            listen(ContactTargets, "contact_targets", self._on_targets, 10),
+            listen(PointCloud2, "surface", self._on_surface, 5),
+            listen(ArmState, "arm_state", self._on_arm, 10),
+            listen(PoseStamped, "tool_pose", lambda message: setattr(self, "_head", message), 1),
+            listen(JointState, "joint_states", lambda message: setattr(self, "_joints", message), 1),
+        ]
+        self._server = ActionServer(
+            self, Scrub, "scrub", self._execute, handle_accepted_callback=self._on_goal,
+            goal_callback=lambda _: GoalResponse.ACCEPT, cancel_callback=self._on_cancel,
+        )  # fmt: skip
+        self.report(OK, "waiting for a goal")
+
+    def stop(self) -> None:
+        """End the job and listen no more."""
+        if self._job is not None:
+            self._job.cancel()
+            self._job.join()
+        self._server.destroy()
+        for subscription in self._inputs:
+            self.destroy_subscription(subscription)
+
+    def teardown(self) -> None:
+        """Let publishers and client go."""
+        if hasattr(self, "_segments"):
+            self.destroy_publisher(self._segments)
+            self.destroy_publisher(self._path)
+            self.destroy_client(self._pause)
+            del self._segments
+
+    def _on_targets(self, message: ContactTargets) -> None:
+        self._before.see_targets(targets_by_region(message), stamp_seconds(message.header.stamp))
+
+    def _on_surface(self, message: PointCloud2) -> None:
+        sighting = Sighting(stamp_seconds(message.header.stamp), lambda: surface_from_cloud(message))
+        self._before.see_surface(sighting)
+        if self._job is not None:
+            self._job.see_surface(sighting)
+
+    def _on_arm(self, message: ArmState) -> None:
+        report = report_from_arm(message)
+        self._before.see_arm(report)
+        if self._job is not None:
+            self._job.see_arm(report)
+
+    def _on_goal(self, goal: ServerGoalHandle) -> None:
+        """Start a job, or end the goal at once with the reason."""
+        try:
+            if self._job is not None:
+                raise NotReadyError("another path is being scrubbed; wait for its end or cancel it")
+            task = self._task(goal.request)
+        except BathbotError as error:
+            self._end(goal, Outcome(code_of(error), str(error), 0, 0.0))
+            return
+        region, path_id = goal.request.region, self.get_clock().now().nanoseconds // 1_000_000 % 2**32
+        self._job = ScrubJob(
+            path_id,
+            lambda: self._plan(task),
+            lambda segment, seconds: self._send(goal, segment, seconds),
+            lambda outcome: self._finish(goal, outcome),
+            self._now,
+            self._settings,
+        )
+        self.get_logger().info(f"scrubbing {region}, path {path_id}")
+        self.report(OK, f"scrubbing {region}")
+        self._job.see_arm(self._before.arm)
+        self._job.start()
+
+    def _task(self, request: Scrub.Goal) -> Task:
+        """What the goal shall be planned from.
+
+        Raises:
+            NotReadyError: The arm is not in contact or its posture is not known.
+            SurfaceError: No recent surface or target of the region.
+        """
+        sighting, target = self._before.recall(request.region, self._now())
+        if self._head is None or self._joints is None:
+            raise NotReadyError("no tool_pose or joint_states yet; is rm65_driver running?")
+        head, joints = transform_from_pose(self._head.pose), joints_from_state(self._joints)
+        return Task(sighting.decode(), sighting.stamp, target, head, joints, request.max_length)
+
+    def _plan(self, task: Task) -> PathPlanner:
+        """Choose the path and show it; in the job's thread."""
+        planner = PathPlanner(task, self._settings, Reach(self._kinematics, task.joints))
+        self._path.publish(path_from_poses(planner.poses, task.stamp))
+        self.get_logger().info(planner.summary)
+        self._planner = planner
+        return planner
+
+    def _send(self, goal: ServerGoalHandle, segment: Segment, seconds: float) -> None:
+        step, speed = self._settings.step, self._settings.speed
+        self._segments.publish(message_from_segment(segment, self._job.path_id, goal.request.region, step, speed))
+        under_head = self._before.arm.segment_index if self._before.arm.path_id == self._job.path_id else 0
+        goal.publish_feedback(Scrub.Feedback(
+            segment_index=under_head, fraction=self._planner.fraction, planning_time=seconds))  # fmt: skip
+        self.report(OK, f"scrubbing {goal.request.region}", segment=segment.index, planning_ms=1e3 * seconds)
+
+    def _finish(self, goal: ServerGoalHandle, outcome: Outcome) -> None:
+        """End the job; in its thread. Where it broke off in contact the arm must not use up its queue."""
+        if outcome.segments and outcome.code in (Code.TARGET_LOST, Code.UNREACHABLE, Code.CANCELED):
+            if self._pause.service_is_ready():
+                self._pause.call_async(Trigger.Request())
+            else:
+                self.get_logger().error("service arm/pause is not there: the arm follows what it was sent")
+        self._job = None
+        self._end(goal, outcome)
+
+    def _end(self, goal: ServerGoalHandle, outcome: Outcome) -> None:
+        self._tell(goal.request.region, outcome)
+        goal.execute(lambda handle: self._conclude(handle, outcome))
+
+    def _conclude(self, goal: ServerGoalHandle, outcome: Outcome) -> Scrub.Result:
+        """Give the goal its final state; runs in the executor and does not wait."""
+        if outcome.code == Code.NONE:
+            goal.succeed()
+        elif outcome.code == Code.CANCELED and goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return result_from_outcome(outcome)
+
+    def _tell(self, region: str, outcome: Outcome) -> None:
+        if outcome.code == Code.NONE:
+            level, text = OK, f"scrubbed {outcome.length:.2f} m of {region} in {outcome.segments} segments"
+            self.get_logger().info(text)
+        else:
+            level = WARN if outcome.code in (Code.CANCELED, Code.NOT_READY) else ERROR
+            text = f"{region}: {outcome.message}"
+            self.get_logger().error(text)
+        self.report(level, text)
+
+    def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        if self._job is not None:
+            self._job.cancel()
+        return CancelResponse.ACCEPT
+
+    def _execute(self, goal: ServerGoalHandle) -> Scrub.Result:
+        """Not used: every goal is executed with its outcome, by `_end`."""
+        raise NotImplementedError
+
+    def _now(self) -> float:
+        return self.get_clock().now().nanoseconds * 1e-9
+
+
+def main() -> None:
+    """Run the node."""
+    run(ScrubPlanner)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""What a user may change of the scrub planner; `config/scrub_planner.yaml` has these keys."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from bathbot_scrub.errors import SettingsError
+
+
+def _about(default: Any, text: str) -> Any:
+    return field(default=default, metadata={"help": text})
+
+
+@dataclass(frozen=True, slots=True)
+class ScrubPlannerSettings:
+    """Parameters of the scrub planner, SI units unless the name says otherwise."""
+
+    patch_length: float = _about(0.14, "washed along the scan lines, measured on the skin [m]")
+    patch_width: float = _about(0.12, "washed across the scan lines, measured on the skin [m]")
+    brush_diameter: float = _about(0.05, "width of skin one scan line washes [m]")
+    line_spacing: float = _about(0.8, "of scan lines, in brush diameters")
+    edge_margin: float = _about(0.012, "between the middle of the brush and the edge of the skin seen [m]")
+    max_slope_deg: float = _about(60.0, "between the skin's normal and that of the target [deg]")
+    depth_jump: float = _about(0.012, "height step between neighbouring pixels that ends the skin [m]")
+    cell: float = _about(0.004, "side of a cell of the surface map [m]")
+    smoothing: float = _about(0.010, "standard deviation of the weights of the local fit [m]")
+    map_margin: float = _about(0.06, "of skin around the patch in which motion is watched [m]")
+
+    step: float = _about(0.002, "between neighbouring poses [m]")
+    compression: float = _about(0.005, "by which the path presses the bristles; they give 0.010 [m]")
+    turn_threshold_deg: float = _about(6.0, "theta of Eq. (18), against the last pose applied [deg]")
+    segment_points: int = _about(30, "poses in one segment")
+    ahead: int = _about(3, "segments kept with the arm, the one under the head included")
+    speed: float = _about(0.04, "of the head along the path [m/s]")
+    blend: float = _about(0.02, "of path over which a segment leaves the old surface for the new [m]")
+
+    surface_max_age: float = _about(60.0, "of the surface seen before the arm came [s]")
+    lost_after: float = _about(2.0, "without skin in sight around the arm the target is lost [s]")
+    max_shift: float = _about(0.02, "of the skin along its normal since the arm came [m]")
+    min_cells: int = _about(40, "cells of skin in sight, below which motion cannot be told")
+    watch_period: float = _about(0.2, "between looks at the skin while no segment is due [s]")
+    max_offset: float = _about(0.03, "between the head in contact and the contact target [m]")
+
+    min_reach: float = _about(0.4, "share of the patch that must lie within reach, 0..1")
+    arm_variant: str = _about("6F", "of the RM65: B, 6F or 6FB; decides the reach")
+    reach_margin: float = _about(0.01, "by which the skin may move along its normal and stay in reach [m]")
+    arm_state_max_age: float = _about(0.5, "after which the arm counts as silent [s]")
+    start_timeout: float = _about(5.0, "for the arm to take up the first segment [s]")
+
+    def __post_init__(self) -> None:
+        """Refuse values that plan no path."""
+        self._demand_positive(
+            "patch_length", "patch_width", "brush_diameter", "line_spacing", "depth_jump", "cell", "smoothing",
+            "step", "turn_threshold_deg", "speed", "blend", "surface_max_age", "lost_after", "max_shift",
+            "watch_period", "max_offset", "arm_state_max_age", "start_timeout", "segment_points", "ahead", "min_cells",
+        )  # fmt: skip
+        self._demand_within(
+            ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),
+            ("max_slope_deg", 5.0, 80.0), ("min_reach", 0.0, 1.0), ("reach_margin", 0.0, 0.05),
+            ("cell", 0.001, 0.01), ("segment_points", 5, 500),
+        )  # fmt: skip
+
+    def _demand_positive(self, *names: str) -> None:
+        for name in names:
+            if not getattr(self, name) > 0:
+                value = getattr(self, name)
+                raise SettingsError(f"{name} must be positive, got {value}; see config/scrub_planner.yaml")
+
+    def _demand_within(self, *limits: tuple[str, float, float]) -> None:
+        for name, low, high in limits:
+            if not low <= getattr(self, name) <= high:
+                raise SettingsError(
+                    f"{name} must lie between {low} and {high}, got {getattr(self, name)}; "
+                    "see config/scrub_planner.yaml"
+                )
