@@ -1,0 +1,96 @@
+"""The simulated brush on the simulated skin: bristles with 10 mm of give, then stiff skin.
+
+Seven rays (centre and ring) along the head's z axis measure how far each bunch of bristles is bent.
+The forces are a model, not measurements of any person.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# [N/m] skin stiffness per class: ISO/TS 15066:2016 Table A.2 as transcribed publicly (chest for the
+# trunk, upper arm, thigh; the foot has no row, so the lower leg's)
+SKIN_STIFFNESS = {
+    "Face_skin": 75e3, "Trunk_skin": 25e3, "Upperlimb_skin": 30e3,
+    "Lowerlimb_skin": 50e3, "Hand_skin": 75e3, "Foot_skin": 60e3,
+}
+_OTHER_STIFFNESS = 50e3  # [N/m] chair, wall, clothes over flesh
+_BACK = 0.06             # [m] behind the tip where rays begin, so that they begin outside the skin
+_SLIP_SPEED = 0.005      # [m/s] at which friction is nearly full
+
+
+class SkinHit(NamedTuple):
+    """Where rays meet the skin."""
+
+    distances: Array  # [m], shape (N,), inf where nothing is hit
+    normals: Array    # outward unit normals, shape (N, 3)
+    part: str         # class name under the first ray, empty when it hits nothing
+
+
+class SkinSurface(Protocol):
+    """Anything the brush can touch."""
+
+    def distance(self, origins: Array, directions: Array, t: float) -> tuple[Array, Array, str]:
+        """Meet rays, origins [m] and unit directions (N, 3) in the base frame, with the body at time t [s]."""
+        ...
+
+
+class Contact(NamedTuple):
+    """Truth about brush and skin at one instant, in the base frame."""
+
+    compression: float  # [m] bend of the middle bristles, 0..give; negative: gap to the skin
+    indentation: float  # [m] of the skin beyond the bristles' give
+    force: Array        # [N] on the head, shape (3,)
+    torque: Array       # [Nm] on the head about its tip, shape (3,)
+    part: str           # class name; empty: none
+
+
+@dataclass(frozen=True, slots=True)
+class Brush:
+    """A round soft brush."""
+
+    radius: float = 0.025     # [m]
+    give: float = 0.010       # [m] that bristles bend
+    stiffness: float = 400.0  # [N/m] of all bristles together, 0.4 N/mm
+    friction: float = 0.3     # of wet bristles on skin; ours
+    _ring: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Lay out the rays: centre and six on a ring that halves the area."""
+        angles = np.arange(6) * np.pi / 3
+        ring = self.radius / np.sqrt(2.0) * np.stack([np.cos(angles), np.sin(angles), np.zeros(6)], -1)
+        object.__setattr__(self, "_ring", np.vstack([np.zeros((1, 3)), ring]))
+
+    def normal_force(self, bend: Array, skin_stiffness: float) -> Array:
+        """Force [N] of the whole brush pressed in by `bend` [m], shape (...): bristles, then skin."""
+        bend = np.maximum(bend, 0.0)
+        return self.stiffness * np.minimum(bend, self.give) + skin_stiffness * np.maximum(bend - self.give, 0.0)
+
+    def touch(self, T_base_head: Array, velocity: Array, surface: SkinSurface, t: float) -> Contact:
+        """Press the brush on the surface.
+
+        Args:
+            T_base_head: Pose of the head, (4, 4); origin at the tip of unbent bristles.
+            velocity: Of the tip in the base frame [m/s], shape (3,).
+            surface: What it may touch.
+            t: Time of the body [s].
+        """
+        approach = T_base_head[:3, 2]
+        offsets = self._ring @ T_base_head[:3, :3].T
+        origins = T_base_head[:3, 3] + offsets - _BACK * approach
+        distances, _, part = surface.distance(origins, np.tile(approach, (len(origins), 1)), t)
+        bend = _BACK - np.minimum(distances, 1.0)
+        forces = self.normal_force(bend, SKIN_STIFFNESS.get(part, _OTHER_STIFFNESS)) / len(bend)
+        slip = velocity - (velocity @ approach) * approach
+        speed = float(np.linalg.norm(slip))
+        drag = self.friction * np.tanh(speed / _SLIP_SPEED) / max(speed, 1e-9) * slip
+        pushes = -forces[:, None] * (approach + drag)
+        middle = float(bend[0])
+        return Contact(
+            compression=min(middle, self.give), indentation=max(middle - self.give, 0.0),
+            force=pushes.sum(0), torque=np.cross(offsets, pushes).sum(0), part=part if bend.max() > 0.0 else "",
+        )

@@ -1,0 +1,55 @@
+"""The emulated six-axis force sensor at the flange: weight, bias, noise, zeroing."""
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
+
+Array = NDArray[np.float64]
+TOOL_MASS = 0.35                            # [kg] brush head and motor
+_TOOL_CENTRE = np.array([0.0, 0.0, 0.05])   # [m] from the flange
+_BIAS = np.array([1.2, -0.8, 2.0, 0.02, -0.03, 0.01])  # [N, Nm] of the strain gauges
+_DRIFT = np.array([0.3, -0.2, 0.25, 0.0, 0.0, 0.0])    # [N, Nm] since the last calibration; zeroing removes it
+_NOISE = np.array([0.05] * 3 + [0.002] * 3)  # [N, Nm] standard deviation
+_CALIBRATED = 0.98                          # share of the weight that the calibration knows
+_GRAVITY = np.array([0.0, 0.0, -9.80665])   # [m/s^2] in the base frame
+_AVERAGED = 20                              # samples that zeroing averages, 0.1 s
+
+
+class ForceReading(NamedTuple):
+    """One reading in the sensor frame, [N, Nm], shape (6,)."""
+
+    raw: Array   # with weight and bias
+    zero: Array  # external force, as the controller compensates it
+
+
+class ForceSensor:
+    """Turns the true contact force into what the controller would report."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        """Start uncleared; `rng` makes the noise."""
+        self._rng = rng
+        self._offset = np.zeros(6)
+        self._recent: deque[Array] = deque(maxlen=_AVERAGED)
+        self.reading = ForceReading(np.zeros(6), np.zeros(6))
+
+    def measure(self, T_base_flange: Array, force: Array, torque: Array) -> ForceReading:
+        """Read the sensor under a force [N] and a torque [Nm] about the tip, (3,) each, in the base frame."""
+        to_sensor = T_base_flange[:3, :3].T
+        push, twist = to_sensor @ force, to_sensor @ torque
+        weight = TOOL_MASS * (to_sensor @ _GRAVITY)
+        carried = np.concatenate([weight, np.cross(_TOOL_CENTRE, weight)])
+        external = np.concatenate([push, twist + HEAD_LENGTH * np.array([-push[1], push[0], 0.0])])
+        raw = external + carried + _BIAS + _DRIFT + _NOISE * self._rng.standard_normal(6)
+        compensated = raw - _BIAS - _CALIBRATED * carried
+        self._recent.append(compensated)
+        self.reading = ForceReading(raw, compensated - self._offset)
+        return self.reading
+
+    def clear(self) -> None:
+        """Zero at the present posture, from the samples of the last 0.1 s."""
+        if self._recent:
+            self._offset = np.mean(self._recent, axis=0)

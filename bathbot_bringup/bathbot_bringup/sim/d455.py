@@ -1,0 +1,168 @@
+"""The D455's depth: from true distances to the 16-bit millimetres its topic carries.
+
+    d = f B / ((1 + scale) Z) + e,  e = gL(u, v) - gR(u - d, v) + offset(T) + A sin(2 pi d) + frozen + temporal
+    Z_out = f B / round(d)
+
+gL and gR are the residual rectification of the two imagers. gR moves with the disparity, so that the error of a pixel
+is no fixed function of its distance. On top: the blind left band, shadows left of foregrounds, flying pixels at edges,
+a nearest distance, and what water does.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_bringup.sim.d455_fields import FROZEN_WIDTH, NATIVE_WIDTH, TEMPORAL_WIDTH, imager_field, soft_noise
+from bathbot_bringup.sim.d455_unit import BASELINE, Preset, make_unit
+
+SEARCH = 126               # [px] of the widest disparity: sets the nearest distance
+REFERENCE_CELSIUS = 30.0
+OFFSET_PER_CELSIUS = 0.015  # [px, native]
+EDGE_STEP = 2.0            # [px] of disparity inside the window that makes an edge
+_EDGE_WINDOW = np.ones((7, 7), dtype=np.uint8)
+
+
+class Air(NamedTuple):
+    """What water does to depth: 0 none, 1 a dripping person, dense steam; number of drops on the window."""
+
+    wetness: float = 0.0
+    steam: float = 0.0
+    drops: int = 0
+
+
+class D455:
+    """One unit's depth stream at one picture size."""
+
+    def __init__(self, sensor_seed: int, preset: Preset, width: int, height: int) -> None:
+        """Make the unit's fields.
+
+        Args:
+            sensor_seed: Which unit.
+            preset: Size of its errors.
+            width: Of the stream [px].
+            height: Of the stream [px].
+        """
+        self.unit = make_unit(sensor_seed, preset, width, height)
+        self._preset, self._seed = preset, sensor_seed
+        rng = np.random.default_rng([sensor_seed, 456])
+        self._left, self._right = (imager_field(rng, preset, width, height) for _ in range(2))
+        self._ratio = width / NATIVE_WIDTH
+        self._constant = np.float32(self.unit.published_depth.fx * BASELINE)  # [px m]
+        self._frozen: dict[int, NDArray[np.float32]] = {}
+
+    @property
+    def nearest(self) -> float:
+        """Least distance the stream can see [m]."""
+        return float(self._constant) / SEARCH if self._preset.artefacts else 0.0
+
+    def measure(
+        self, depth: NDArray[np.float32], rng: np.random.Generator, *, pose: int = 0, celsius: float = 30.0,
+        air: Air = Air(),
+    ) -> NDArray[np.uint16]:  # fmt: skip
+        """One depth frame.
+
+        Args:
+            depth: True distance along the axis of the depth camera [m], NaN where nothing, shape (H, W).
+            rng: Of this frame.
+            pose: Number of the still scene; the frozen noise changes with it.
+            celsius: Temperature of the unit.
+            air: Water on skin, in the air and on the window.
+
+        Returns:
+            Distance [mm], 0 where the unit sees none, shape (H, W).
+        """
+        preset = self._preset
+        with np.errstate(divide="ignore"):
+            disparity = self._constant / ((1.0 + np.float32(preset.scale)) * depth.astype(np.float32))
+        if preset.artefacts:
+            disparity = self._edges(disparity, rng)
+        noise = self._noise(disparity.shape, rng, pose, air)
+        offset = self._ratio * (preset.offset + OFFSET_PER_CELSIUS * (celsius - REFERENCE_CELSIUS) * preset.factory)
+        measured = np.empty(disparity.shape, dtype=np.uint16)
+        _measure(
+            disparity, self._left, self._right, noise, np.float32(offset), np.float32(preset.ripple),
+            np.float32(preset.subpixels), self._constant, np.float32(1e-3 / preset.unit), preset.artefacts, measured,
+        )  # fmt: skip
+        if air != Air():
+            _wet(measured, rng, air, self._seed)
+        return measured
+
+    def _noise(self, shape: tuple[int, int], rng: np.random.Generator, pose: int, air: Air) -> NDArray[np.float32]:
+        """Frozen and temporal noise of the disparity [px]."""
+        preset = self._preset
+        if pose not in self._frozen:
+            self._frozen.clear()
+            field = soft_noise(np.random.default_rng([self._seed, 457, pose]), shape, FROZEN_WIDTH)
+            self._frozen[pose] = np.float32(preset.frozen) * field
+        if preset.temporal == 0.0:
+            return self._frozen[pose]
+        strength = np.float32(preset.temporal * (1.0 + 2.0 * air.steam))
+        return self._frozen[pose] + strength * soft_noise(rng, shape, TEMPORAL_WIDTH)
+
+    @staticmethod
+    def _edges(disparity: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+        """Pixels within 3 px of an edge: a third blind, a third flying between both sides."""
+        high, low = cv2.dilate(disparity, _EDGE_WINDOW), cv2.erode(disparity, _EDGE_WINDOW)
+        where = np.nonzero(high - low > EDGE_STEP)
+        chance = rng.random(len(where[0]), dtype=np.float32)
+        near, far = high[where], low[where]
+        mixed = far + rng.random(len(near), dtype=np.float32) * (near - far)
+        result = disparity.copy()
+        result[where] = np.where(chance < 0.35, np.nan, np.where(chance < 0.6, mixed, result[where]))
+        return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant, per_mm, artefacts, out):  # noqa: ANN001, ANN202
+    height, width = disparity.shape
+    for v in range(height):
+        taken = np.float32(1e9)  # leftmost pixel of the right imager that anything to the right maps to
+        for k in range(width):
+            u = width - 1 - k
+            d = disparity[v, u]
+            out[v, u] = 0
+            if not (d > 0.0) or d > 1e6:
+                continue
+            match = u - d
+            hidden = match >= taken - 0.5 + 1.0
+            taken = min(taken, match)
+            if artefacts and (match < 0.0 or hidden or d > SEARCH):
+                continue
+            at = min(max(match, np.float32(0.0)), np.float32(width - 1.001))
+            cell = int(at)
+            share = at - cell
+            d += left[v, u] - ((1.0 - share) * right[v, cell] + share * right[v, cell + 1]) + offset
+            d += ripple * np.sin(2.0 * np.pi * d) + noise[v, u]
+            if subpixels > 0.0:
+                d = np.round(subpixels * d) / subpixels
+            if d > 0.5:
+                mm = np.round(per_mm * 1000.0 * constant / d) / per_mm
+                if mm < 65535.0:
+                    out[v, u] = np.uint16(mm + 0.5)
+
+
+def _wet(measured: NDArray[np.uint16], rng: np.random.Generator, air: Air, seed: int) -> None:
+    """Zeros where water glints, wrong matches, blind spots behind drops on the window, holes in steam."""
+    height, width = measured.shape
+    holes = np.zeros(measured.shape, dtype=np.uint8)
+    _spots(holes, rng, round(0.03 * air.wetness * measured.size / 60.0), (1.5, 7.5))
+    fixed = np.random.default_rng([seed, 458])
+    _spots(holes, fixed, air.drops, (5.0, 20.0))
+    if air.steam > 0.0:
+        coarse = rng.random((height // 6 + 1, width // 6 + 1), dtype=np.float32)
+        lost = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_NEAREST)
+        holes |= (lost < 0.2 * min(air.steam, 1.0)).astype(np.uint8)
+    measured[holes > 0] = 0
+    wrong = rng.choice(measured.size, size=round(0.006 * air.wetness * measured.size))
+    values = measured.ravel()
+    values[wrong] = np.clip(values[wrong] * rng.uniform(0.8, 1.25, len(wrong)), 0, 65535).astype(np.uint16)
+
+
+def _spots(mask: NDArray[np.uint8], rng: np.random.Generator, count: int, radii: tuple[float, float]) -> None:
+    height, width = mask.shape
+    centres = rng.uniform((0, 0), (width, height), size=(count, 2)).astype(int)
+    for (x, y), radius in zip(centres.tolist(), rng.uniform(*radii, size=count), strict=True):
+        cv2.circle(mask, (x, y), round(radius), 1, thickness=-1)

@@ -1,0 +1,77 @@
+"""Boxes of visible skin from part labels, and PASCAL VOC files.
+
+One box per class on the middle of the body, one per left or right limb, hand and foot, round all pieces of a divided
+one. A face ends at the chin, the neck is trunk, a bare shoulder is upper limb: the labels say so already.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_bringup.sim.body import CLASS_NAMES, Side
+
+SMALLEST_SIDE = 12  # [px]; smaller boxes are dropped
+SMALLEST_PIECE = 12  # [px]; smaller specks of skin do not stretch a box
+
+
+class SkinBox(NamedTuple):
+    """A box round visible skin: class 0..5 and inclusive pixel bounds."""
+
+    part: int
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+def skin_boxes(parts: NDArray[np.uint8], sides: NDArray[np.uint8]) -> list[SkinBox]:
+    """Boxes of the visible skin of one person.
+
+    Args:
+        parts: `Part` of each pixel, shape (H, W).
+        sides: `Side` of each pixel, shape (H, W).
+    """
+    boxes = []
+    for part in range(len(CLASS_NAMES)):
+        for side in Side:
+            mask = ((parts == part) & (sides == side)).astype(np.uint8)
+            _, _, pieces, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+            areas = pieces[1:, cv2.CC_STAT_AREA]
+            kept = pieces[1:][areas >= max(SMALLEST_PIECE, 0.01 * areas.max(initial=0))]
+            if not len(kept):
+                continue
+            left, top, width, height = kept[:, :4].T
+            box = SkinBox(part, left.min(), top.min(), (left + width).max() - 1, (top + height).max() - 1)
+            if min(box.right - box.left, box.bottom - box.top) + 1 >= SMALLEST_SIDE:
+                boxes.append(SkinBox(*map(int, box)))
+    return boxes
+
+
+def write_voc(path: Path, image_name: str, shape: tuple[int, int], boxes: list[SkinBox]) -> None:
+    """Write a PASCAL VOC annotation; its bounds count from 1.
+
+    Args:
+        path: The .xml file.
+        image_name: Name of the picture.
+        shape: Height and width of the picture [px].
+        boxes: What is in it.
+    """
+    root = ElementTree.Element("annotation")
+    ElementTree.SubElement(root, "folder").text = "images"
+    ElementTree.SubElement(root, "filename").text = image_name
+    size = ElementTree.SubElement(root, "size")
+    for name, value in zip(("width", "height", "depth"), (shape[1], shape[0], 3), strict=True):
+        ElementTree.SubElement(size, name).text = str(value)
+    for box in boxes:
+        thing = ElementTree.SubElement(root, "object")
+        ElementTree.SubElement(thing, "name").text = CLASS_NAMES[box.part]
+        ElementTree.SubElement(thing, "difficult").text = "0"
+        bounds = ElementTree.SubElement(thing, "bndbox")
+        for name, value in zip(("xmin", "ymin", "xmax", "ymax"), box[1:], strict=True):
+            ElementTree.SubElement(bounds, name).text = str(value + 1)
+    ElementTree.indent(root)
+    path.write_text(ElementTree.tostring(root, encoding="unicode") + "\n")

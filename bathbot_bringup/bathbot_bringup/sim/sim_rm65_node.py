@@ -1,0 +1,74 @@
+"""Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and the truth about their contact."""
+
+import sys
+
+import numpy as np
+from geometry_msgs.msg import Vector3
+
+from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
+from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
+from bathbot_depthcorr.stage_node import OK, StageNode, run
+from bathbot_msgs.msg import SimContact
+from bathbot_scrub.rm65.messages import pose_message
+
+_RATE = 50.0         # [Hz] of sim_contact
+_REPORT_EVERY = 50   # messages
+
+
+class SimRm65(StageNode):
+    """Serves the vendor's protocol on TCP and UDP; publishes `sim_contact`."""
+
+    def __init__(self) -> None:
+        """Declare the parameters."""
+        super().__init__("sim_rm65", SimRm65Settings)
+
+    def setup(self, settings: SimRm65Settings) -> None:
+        """Create the topic."""
+        self._settings = settings
+        self._contact = self.create_publisher(SimContact, "sim_contact", 10)
+
+    def start(self) -> None:
+        """Open the ports."""
+        self._emulator = bathroom_emulator(self._settings)
+        self._count, self._pushed = 0, 0
+        self._timer = self.create_timer(1.0 / _RATE, self._publish)
+        self.get_logger().info(f"RM65-{self._settings.variant} emulator listens on "
+                               f"{self._settings.host}:{self._emulator.port}")
+
+    def stop(self) -> None:
+        """Close the ports."""
+        if hasattr(self, "_emulator"):
+            self.destroy_timer(self._timer)
+            self._emulator.close()
+            del self._emulator
+
+    def teardown(self) -> None:
+        """Let the topic go."""
+        if hasattr(self, "_contact"):
+            self.destroy_publisher(self._contact)
+            del self._contact
+
+    def _publish(self) -> None:
+        truth = self._emulator.truth()
+        contact = truth.contact
+        x, y, z = (float(v) for v in contact.force)
+        message = SimContact(head=pose_message(truth.T_base_head), compression=float(contact.compression),
+                             skin_indentation=float(contact.indentation), force=Vector3(x=x, y=y, z=z),
+                             part=contact.part)
+        message.header.stamp, message.header.frame_id = self.get_clock().now().to_msg(), "base_link"
+        self._contact.publish(message)
+        self._count += 1
+        if self._count % _REPORT_EVERY == 0:
+            pushed, self._pushed = self._emulator.pushed - self._pushed, self._emulator.pushed
+            self.report(OK, "active", clients=len(self._emulator.sessions), refused=self._emulator.refused,
+                        pushed=pushed, late=self._emulator.late, force=f"{np.linalg.norm(contact.force):.2f}")
+
+
+def main() -> None:
+    """Run the node."""
+    sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter with the executor
+    run(SimRm65)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from bathbot_bringup.path_error import path_error
+from bathbot_depthcorr.rigid import transform_from
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+
+def straight(count=101, spacing=0.002):
+    """A path along y, z into the skin along +z of the base."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, 1, 3] = spacing * np.arange(count)
+    return poses
+
+
+def walk(poses, speed=0.04, rate=50.0, before=0.01):
+    length = poses[-1, 1, 3] + 2 * before
+    times = np.arange(0.0, length / speed, 1.0 / rate)
+    positions = np.zeros((len(times), 3))
+    positions[:, 1] = speed * times - before
+    return times, positions
+
+
+@given(across=st.floats(-0.01, 0.01), depth=st.floats(-0.01, 0.01))
+def test_a_constant_offset_is_found_at_every_pose(across, depth):
+    poses = straight()
+    times, positions = walk(poses)
+    error = path_error(poses, times, positions + [across, 0.0, depth])
+    assert error.passed.all()
+    assert_allclose(error.across, across, atol=1e-12)
+    assert_allclose(error.depth, depth, atol=1e-12)
+
+
+@given(rotation=st.tuples(*[st.floats(-3, 3)] * 3), shift=st.tuples(*[st.floats(-1, 1)] * 3))
+def test_the_error_does_not_depend_on_the_frame(rotation, shift):
+    poses = straight()
+    times, positions = walk(poses)
+    positions[:, 0] = 0.003 * np.sin(40.0 * positions[:, 1])
+    T = transform_from(Rotation.from_rotvec(rotation).as_matrix(), shift)
+    moved = path_error(T @ poses, times, positions @ T[:3, :3].T + T[:3, 3])
+    still = path_error(poses, times, positions)
+    assert_allclose(moved.across, still.across, atol=1e-9)
+    assert_allclose(moved.time, still.time, atol=1e-6)
+
+
+def test_the_time_of_passing_is_interpolated():
+    poses = straight(3)
+    error = path_error(poses, [0.0, 1.0], [[0.0, -0.004, 0.0], [0.0, 0.008, 0.0]])
+    assert_allclose(error.time, [1 / 3, 0.5, 2 / 3])
+    assert_allclose(error.distance, [0.0, 0.002, 0.004])
+
+
+def test_a_path_left_early_is_not_passed_at_its_end():
+    poses = straight()
+    times, positions = walk(poses)
+    half = len(times) // 2
+    error = path_error(poses, times[:half], positions[:half])
+    assert error.passed[:40].all()
+    assert not error.passed[60:].any()
+
+
+def test_a_neighbouring_scan_line_is_not_mistaken_for_the_own():
+    there = straight(51)
+    back = there[::-1].copy()
+    back[:, 0, 3] = 0.04
+    back[:, :2, :2] = -np.eye(2)
+    times, positions = walk(there)
+    error = path_error(np.concatenate([there, back]), times, positions)
+    assert error.passed[:51].all()
+    assert not error.passed[51:].any()
+
+
+@pytest.mark.parametrize("actual", [np.zeros((0, 3)), np.ones((50, 3))], ids=["nothing recorded", "far away"])
+def test_no_actual_path_gives_no_error_numbers(actual):
+    error = path_error(straight(5), np.arange(len(actual)), actual)
+    assert not error.passed.any()
+    assert np.isnan(error.across).all()
+
+
+def test_no_planned_path():
+    assert len(path_error(np.zeros((0, 4, 4)), [0.0, 1.0], np.zeros((2, 3))).across) == 0
