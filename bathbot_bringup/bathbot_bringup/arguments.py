@@ -1,0 +1,35 @@
+"""Small notations of the command line, and what is wrong with a bad one."""
+
+import re
+
+from bathbot_bringup.errors import InputError
+
+
+def seed_list(text: str) -> list[int]:
+    """Read seeds such as `3`, `0-19` or `0-4,7,9`; each once, in order.
+
+    Raises:
+        InputError: On anything else.
+    """
+    seeds: list[int] = []
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
+        if match is None:
+            raise InputError(f"seeds are numbers and ranges such as 0-19 or 0-4,7, got {text!r}")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first or last - first >= 10000:
+            raise InputError(f"the range {part.strip()} of seeds is empty or too long; write the smaller number first")
+        seeds += range(first, last + 1)
+    return list(dict.fromkeys(seeds))
+
+
+def board_size(text: str) -> tuple[int, int]:
+    """Read the inner corners of a chessboard, such as `11x8`.
+
+    Raises:
+        InputError: On anything else.
+    """
+    match = re.fullmatch(r"(\d{1,2})x(\d{1,2})", text.strip())
+    if match is None or min(int(match[1]), int(match[2])) < 2:
+        raise InputError(f"a board is written as inner corners along x across, such as 11x8, got {text!r}")
+    return int(match[1]), int(match[2])

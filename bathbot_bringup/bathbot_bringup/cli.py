@@ -1,0 +1,100 @@
+"""The `bathbot` command: one word per job, one line per mistake.
+
+A mistake of the user (a `BathbotError`, a bad option, a file that cannot be opened) ends in one
+line on stderr and exit code 2; Ctrl-C ends in 130, after whatever runs has been stopped.
+"""
+
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+
+import typer
+from bathbot_depthcorr.errors import BathbotError
+
+from bathbot_bringup import (
+    calibrate_command,
+    demo_command,
+    detect_command,
+    evaluate_command,
+    node_command,
+    record_command,
+    replay_command,
+    train_command,
+)
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+app = typer.Typer(
+    name="bathbot",
+    help="A robot arm that washes a seated person: simulation, tools for cameras and bags, evaluation.\n\n"
+    "Start with `bathbot demo`; every command explains itself with --help.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+app.command("demo")(demo_command.demo)
+app.command("detect")(detect_command.detect)
+app.command("replay")(replay_command.replay)
+app.command("record")(record_command.record)
+app.add_typer(calibrate_command.app, name="calibrate")
+app.add_typer(evaluate_command.app, name="evaluate")
+app.add_typer(train_command.app, name="train")
+app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(node_command.node)
+app.command("sim-arm")(node_command.sim_arm)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from bathbot_bringup.version import version
+
+        typer.echo(f"bathbot {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Show the version."),
+) -> None:
+    """Take the options that stand before the command."""
+
+
+def _complain(message: str) -> int:
+    print(f"bathbot: {' '.join(message.split())}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line and give its exit code."""
+    try:
+        result = app(args=list(arguments), standalone_mode=False)
+    except BathbotError as error:
+        return _complain(str(error))
+    except OSError as error:
+        if error.filename is None:
+            raise
+        return _complain(f"{error.strerror}: {error.filename}; check the path and its permissions")
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer's complaints about options have it, real faults do not
+            raise
+        return _complain(f"{error.format_message()} See bathbot --help." if error.format_message() else "no command given")
+    return result if isinstance(result, int) else 0
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # also when a shell started us with them ignored
+        signal.signal(number, _interrupt)
+    sys.exit(run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()

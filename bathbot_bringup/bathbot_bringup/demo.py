@@ -1,0 +1,127 @@
+"""The demo: the graph as processes, the job step by step, the report."""
+
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from bathbot_bringup import bathing
+from bathbot_bringup.bathing_node import Bather
+from bathbot_bringup.demo_graph import demo_nodes, free_ports
+from bathbot_bringup.demo_settings import DemoSettings
+from bathbot_bringup.domain import free_domain, used_ports
+from bathbot_bringup.errors import BringupError, ProcessError, StepError
+from bathbot_bringup.graph_client_node import GraphClient
+from bathbot_bringup.node_table import node_command
+from bathbot_bringup.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.report import Outcome, report_run
+from bathbot_bringup.stages import StageLog
+
+START_TIMEOUT = 60.0  # [s] for all nodes to be active, on a busy machine
+SCRUB_SPEED = 0.04    # [m/s] of the planner's default, to turn a time into a length
+BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
+
+
+def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
+    """Do the whole job and report on it.
+
+    Returns:
+        Exit code: 0 if the job was done, else 1.
+
+    Raises:
+        ProcessError: When a node refuses to start for bad input.
+        KeyboardInterrupt: On Ctrl-C, after all processes have ended and the report is written.
+    """
+    log = log or StageLog()
+    clear_results(settings.out)
+    log.say(f"bathing {settings.region} of simulated person {settings.seed}, scenario {settings.scenario}")
+    job = DemoJob(settings, log)
+    interrupted = False
+    try:
+        job.run()
+    except KeyboardInterrupt:
+        job.failure, interrupted = "interrupted by Ctrl-C", True
+    except (StepError, ProcessError) as error:
+        if job.starting and isinstance(error, ProcessError) and error.exit_code == 2:
+            raise
+        job.failure = str(error)
+    if job.failure:
+        log.say(f"NOT DONE: {job.failure}")
+    outcome = Outcome(job.failure, job.epoch, job.sighting, log.times, log.elapsed)
+    with log.stage("report", "compare with the simulated truth"):
+        summary = report_run(settings, outcome)
+    log.show_summary(summary, settings.out)
+    if interrupted:
+        raise KeyboardInterrupt
+    return 0 if summary["done"] else 1
+
+
+def clear_results(out: Path) -> None:
+    """Make the folder and remove what an earlier demo left in it; other files stay."""
+    out.mkdir(parents=True, exist_ok=True)
+    if (out / BAG).exists():
+        (out / "metadata.yaml").unlink(missing_ok=True)
+    for name in (BAG, SUMMARY, REPORT):
+        (out / name).unlink(missing_ok=True)
+
+
+class DemoJob:
+    """One run of the graph; remembers how far it came.
+
+    Attributes:
+        epoch: ROS time at which the body's motion began [s].
+        starting: True until every node was active.
+        sighting: The contact target that was approached, once there is one.
+        failure: Why the job was not done; empty when it was.
+    """
+
+    def __init__(self, settings: DemoSettings, log: StageLog) -> None:
+        """Begin the time of the body."""
+        self._settings, self._log = settings, log
+        self.epoch = time.time()
+        self.starting = True
+        self.sighting: bathing.Sighting | None = None
+        self.failure = ""
+
+    def run(self) -> None:
+        """Start the graph, bathe, and end every process, whatever happens."""
+        domain = free_domain(os.getpid(), used_ports())
+        logs = self._settings.out.absolute() / "logs"
+        with ProcessGroup(logs, isolated_environment(domain, logs)) as group:
+            nodes = demo_nodes(self._settings, self.epoch, free_ports(), self._settings.out.absolute() / BAG)
+            for entry, parameters in nodes:
+                group.start(entry.name, node_command(entry, parameters), entry.niceness)
+            with GraphClient("bathbot_demo", domain) as client:
+                with self._log.stage("start", f"start {len(nodes)} nodes on DDS domain {domain}"):
+                    group.wait_until(client.is_active, START_TIMEOUT)
+                self.starting = False
+                client.watch = group.check
+                self._bathe(Bather(client, self._settings.region))
+
+    def _bathe(self, bather: Bather) -> None:
+        """Do the steps; whatever goes wrong, the arm is told to stop before anything else ends."""
+        try:
+            self._approach_and_scrub(bather)
+            with self._log.stage("retract", bathing.RETRACT.about):
+                bather.retract()
+            with self._log.stage("home", bathing.HOME.about):
+                bather.home()
+        except BaseException:
+            with suppress(BringupError):  # a dead driver cannot answer; its controller has stopped by itself
+                bather.stop_arm()
+            raise
+
+    def _approach_and_scrub(self, bather: Bather) -> None:
+        log, stage = self._log, self._log.stage
+        with stage("connect", bathing.CONNECT.about):
+            bather.connect()
+            bather.home()
+        with stage("look", bathing.LOOK.about):
+            bather.select()
+            self.sighting = bather.look()
+        with stage("approach", bathing.APPROACH.about):
+            contact = bather.approach(self.sighting, log.progress)
+        log.say(f"{'':19}skin felt with {contact.force:.1f} N")
+        with stage("scrub", bathing.SCRUB.about):
+            scrubbed = bather.scrub(self._settings.duration * SCRUB_SPEED, log.progress)
+        log.say(f"{'':19}{scrubbed.segments} segments, {scrubbed.length:.2f} m of path")

@@ -1,0 +1,97 @@
+"""`bathbot evaluate`: numbers over many pictures or many seeds."""
+
+from pathlib import Path
+
+import typer
+
+app = typer.Typer(help="Measure, over many pictures or many seeds.", no_args_is_help=True, rich_markup_mode=None)
+
+
+@app.callback()
+def _group() -> None:
+    """Measure, over many pictures or many seeds."""
+
+
+@app.command("detector")
+def detector(
+    dataset: Path = typer.Argument(..., help="PASCAL VOC folder: images/ and annotations/."),
+    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
+    split: str = typer.Option("all", help="Which pictures: all, checked, train, val or test."),
+    curves: Path = typer.Option(None, help="Draw precision over recall to this PNG file."),
+) -> None:
+    """Compare the detector with labelled pictures: average precision per class, and milliseconds.
+
+    \b
+      bathbot evaluate detector my_photos --json detector.json
+      bathbot evaluate detector my_photos --split test --model skin.onnx
+    """
+    from bathbot_perception.evaluate import evaluate
+
+    from bathbot_bringup.result_file import write_json
+    from bathbot_bringup.detector_table import print_detector
+
+    result = evaluate(dataset, model or None, split=split, curves=curves)
+    print_detector(result)
+    if json_file:
+        write_json(json_file, result)
+
+
+@app.command("demo")
+def demo(
+    seeds: str = typer.Option("0-19", help="Seeds such as 3, 0-19 or 0-4,7."),
+    json_file: Path = typer.Option(None, "--json", help="Write all summaries and their spread to this file."),
+    out: Path = typer.Option(None, help="Folder for the results of each seed; a temporary one if left out."),
+    region: str = typer.Option("Trunk_skin", help="Region to bathe."),
+    scenario: str = typer.Option("calm", help="How the person moves."),
+    duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]."),
+    rate: float = typer.Option(10.0, help="Pictures per second of the simulated camera [Hz]."),
+    preset: str = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good."),
+) -> None:
+    """Run the demo once per seed and print mean, spread and extremes of its numbers.
+
+    The exit code is 0 only if every job was done.
+
+    \b
+      bathbot evaluate demo --seeds 0-19 --json demo.json
+      bathbot evaluate demo --seeds 0-4 --region upperlimb --scenario restless
+    """
+    from bathbot_bringup.arguments import seed_list
+    from bathbot_bringup.bathing import full_region_name
+    from bathbot_bringup.demo_settings import DemoSettings
+    from bathbot_bringup.evaluate_demo import evaluate_demo
+
+    name = full_region_name(region)
+
+    def settings(seed: int, folder: Path) -> DemoSettings:
+        return DemoSettings(name, seed, scenario, folder, duration, rate, preset)
+
+    raise typer.Exit(evaluate_demo(settings, seed_list(seeds), json_file, out))
+
+
+@app.command("localization")
+def localization(
+    seeds: str = typer.Option("0-9", help="Seeds such as 3, 0-19 or 0-4,7."),
+    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    region: str = typer.Option("Trunk_skin", help="Region to locate."),
+    scenario: str = typer.Option("calm", help="How the person moves."),
+    targets: int = typer.Option(20, min=1, help="Contact targets per seed."),
+    rate: float = typer.Option(10.0, help="Pictures per second of the simulated camera [Hz]."),
+    preset: str = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good."),
+) -> None:
+    """Compare contact targets with the simulated truth, seed by seed, without moving the arm.
+
+    \b
+      bathbot evaluate localization --seeds 0-9 --json localization.json
+    """
+    from bathbot_bringup.arguments import seed_list
+    from bathbot_bringup.bathing import full_region_name
+    from bathbot_bringup.demo_settings import DemoSettings
+    from bathbot_bringup.evaluate_localization import evaluate_localization
+
+    name = full_region_name(region)
+
+    def settings(seed: int, folder: Path) -> DemoSettings:
+        return DemoSettings(name, seed, scenario, folder, 60.0, rate, preset)
+
+    raise typer.Exit(evaluate_localization(settings, seed_list(seeds), targets, json_file))

@@ -1,0 +1,45 @@
+"""`bathbot node`, `bathbot sim-arm`: run one part of the graph by itself."""
+
+import os
+
+import typer
+
+from bathbot_bringup import node_table
+
+
+def node(
+    context: typer.Context,
+    name: str = typer.Argument("", help="Name of the node; leave it out to list them."),
+) -> None:
+    """Run one node with its YAML parameters, as `ros2 run` would.
+
+    What stands after the name goes to the node:
+
+    \b
+      bathbot node                                          list the nodes
+      bathbot node skin_detector                            run one
+      bathbot node sim_camera --ros-args -p seed:=3         with another parameter
+    """
+    if not name:
+        for entry in node_table.NODES.values():
+            typer.echo(f"{entry.name:18}{entry.about}   ({entry.module})")
+        return
+    command = node_table.node_command(node_table.find_node(name))
+    further = [argument for argument in context.args if argument != "--ros-args"]
+    os.execv(command[0], [*command, *further])
+
+
+def sim_arm(
+    host: str = typer.Option("127.0.0.1", help="Address to listen on; the default hears only this machine."),
+    port: int = typer.Option(8080, min=0, max=65535, help="TCP port of the JSON protocol; 0 takes a free one."),
+    udp_port: int = typer.Option(8089, min=1, max=65535, help="UDP port of the state that is pushed."),
+) -> None:
+    """Run the emulator of the RM65 controller alone, without ROS: any client of the vendor's protocol may connect.
+
+    \b
+      bathbot sim-arm
+      bathbot sim-arm --port 18080
+    """
+    from bathbot_bringup.sim.emulator import EmulatorSettings, run
+
+    run(EmulatorSettings(host=host, port=port, udp_port=udp_port))

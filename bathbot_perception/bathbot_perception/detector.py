@@ -1,0 +1,154 @@
+"""The skin detector at run time: a colour picture in, skin regions out (section 2.1.1)."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import onnxruntime
+from numpy.typing import NDArray
+
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.errors import ModelError, PictureError
+from bathbot_perception.letterbox import STRIDE, fit_input, letterbox
+from bathbot_perception.predictions import regions_from_predictions
+from bathbot_perception.regions import Region
+from bathbot_perception.skin_detector_settings import PROVIDERS, SkinDetectorSettings
+
+DEFAULT_MODEL = Path(__file__).parent / "models" / "skin.onnx"
+TASK = "skin-regions"
+
+
+class ModelInput(NamedTuple):
+    """What a model file says it takes: the longer side [px] and, if it takes one shape only, that (h, w)."""
+
+    name: str
+    size: int
+    fixed: tuple[int, int] | None
+
+
+class Detector:
+    """A loaded network; make one with `load`."""
+
+    def __init__(
+        self, session: onnxruntime.InferenceSession, entry: ModelInput, settings: SkinDetectorSettings
+    ) -> None:
+        """Hold a session whose input was checked."""
+        self._session, self._entry, self._settings = session, entry, settings
+        self.provider: str = session.get_providers()[0]
+
+    @property
+    def size(self) -> int:
+        """Longer side of the network's input [px]."""
+        return self._entry.size
+
+    def detect(self, rgb: NDArray[np.uint8]) -> list[Region]:
+        """Find regions of bare skin.
+
+        Args:
+            rgb: Picture, shape (H, W, 3).
+
+        Returns:
+            Regions, best first, boxes [px] in the picture.
+
+        Raises:
+            PictureError: If the array is no 8-bit colour picture.
+        """
+        if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8 or rgb.size == 0:
+            raise PictureError(
+                f"the detector takes uint8 pictures of shape (H, W, 3), got {rgb.dtype} {rgb.shape}"
+            )
+        shape = rgb.shape[0], rgb.shape[1]
+        fit = fit_input(shape, self._entry.size, self._entry.fixed)
+        raw = self._session.run(None, {self._entry.name: letterbox(rgb, fit)})[0][0]
+        ours = self._settings
+        return regions_from_predictions(
+            raw, fit, shape, ours.score_threshold, ours.overlap_limit, ours.most_regions
+        )
+
+
+def load(path: Path | str | None = None, settings: SkinDetectorSettings | None = None) -> Detector:
+    """Load a model and check that it is a skin detector of ours.
+
+    Args:
+        path: ONNX file; without it that of the settings, or the package's own.
+        settings: Thresholds, threads and where to run.
+
+    Raises:
+        ModelError: On a missing or broken file, other classes, another shape, or a provider
+            that is not there or did not take the model.
+    """
+    settings = settings or SkinDetectorSettings()
+    file = Path(path or settings.model or DEFAULT_MODEL)
+    session = open_session(file, settings)
+    check_classes(file, session.get_modelmeta().custom_metadata_map)
+    return Detector(session, check_shapes(file, session, settings.size), settings)
+
+
+def open_session(file: Path, settings: SkinDetectorSettings) -> onnxruntime.InferenceSession:
+    """Open an ONNX file on exactly the provider asked for."""
+    if not file.is_file():
+        raise ModelError(f"there is no model file {file}; set `model` to an ONNX file or leave it empty")
+    provider = PROVIDERS[settings.provider]
+    available = onnxruntime.get_available_providers()
+    if provider not in available:
+        raise ModelError(
+            f"this ONNX Runtime has no {provider}, only {', '.join(available)}; set `provider` to cpu"
+        )
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = settings.threads
+    options.inter_op_num_threads = 1
+    options.log_severity_level = 4
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")  # other stages share the cores
+    try:
+        session = onnxruntime.InferenceSession(str(file), options, providers=[provider])
+    except Exception as error:  # ONNX Runtime raises a dozen unrelated types
+        reason = str(error).strip().splitlines()[0]
+        raise ModelError(f"cannot load {file} as an ONNX model: {reason}; export it again") from error
+    if session.get_providers()[0] != provider:
+        raise ModelError(
+            f"{file} runs on {session.get_providers()[0]} instead of {provider}; set `provider` to cpu"
+        )
+    return session
+
+
+def check_classes(file: Path, metadata: dict[str, str]) -> None:
+    """Refuse a model that was not trained for the six classes, in their order."""
+    try:
+        classes = json.loads(metadata.get("classes", "null"))
+    except json.JSONDecodeError:
+        classes = metadata["classes"]
+    if metadata.get("task") != TASK or classes != list(SKIN_CLASSES):
+        raise ModelError(
+            f"{file} is no skin detector: its task is {metadata.get('task')!r}, its classes are {classes}, "
+            f"expected {TASK!r} and {list(SKIN_CLASSES)}"
+        )
+
+
+def check_shapes(file: Path, session: onnxruntime.InferenceSession, size: int) -> ModelInput:
+    """Refuse a model with other inputs or outputs than a picture and its predictions."""
+    inputs, outputs = session.get_inputs(), session.get_outputs()
+    shapes = f"input {[item.shape for item in inputs]}, output {[item.shape for item in outputs]}"
+    wanted = f"expected input [1, 3, height, width], output [1, n, {5 + len(SKIN_CLASSES)}], float32"
+    if len(inputs) != 1 or len(outputs) != 1 or {inputs[0].type, outputs[0].type} != {"tensor(float)"}:
+        raise ModelError(
+            f"{file} has {shapes} of types {[item.type for item in (*inputs, *outputs)]}; {wanted}"
+        )
+    shape = inputs[0].shape
+    if (
+        len(shape) != 4
+        or shape[1] != 3
+        or len(outputs[0].shape) != 3
+        or outputs[0].shape[2] != 5 + len(SKIN_CLASSES)
+    ):
+        raise ModelError(f"{file} has {shapes}; {wanted}")
+    fixed = (shape[2], shape[3]) if isinstance(shape[2], int) and isinstance(shape[3], int) else None
+    if fixed and size and size != max(fixed):
+        raise ModelError(f"{file} takes {fixed[1]}x{fixed[0]} px only, but `size` is {size}; set it to 0")
+    if fixed:
+        return ModelInput(inputs[0].name, max(fixed), fixed)
+    said = session.get_modelmeta().custom_metadata_map.get("size", "")
+    own = int(said) if said.isdigit() else 0
+    if not (size or own) or (size or own) % STRIDE:
+        raise ModelError(f"{file} says its input size is {said!r}, not a multiple of {STRIDE}; set `size`")
+    return ModelInput(inputs[0].name, size or own, None)

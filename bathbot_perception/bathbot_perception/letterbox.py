@@ -1,0 +1,81 @@
+"""Fitting a picture into the detector's input without distorting it, and back."""
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating]
+GREY = 114
+"""Value of the padding, as in training."""
+STRIDE = 32
+"""Sides of the input are multiples of this."""
+
+
+class Letterbox(NamedTuple):
+    """Map from picture pixels to input pixels: scale, then move by (left, top) [px].
+
+    Pixel coordinates are continuous with (0, 0) at the upper left corner of both.
+    """
+
+    scale_u: float
+    scale_v: float
+    left: int
+    top: int
+    width: int
+    height: int
+
+    def to_input(self, boxes: Array) -> Array:
+        """Boxes (left, top, right, bottom), shape (..., 4), from the picture to the input."""
+        return boxes * self._scale + self._offset
+
+    def to_picture(self, boxes: Array) -> Array:
+        """Boxes, shape (..., 4), from the input to the picture."""
+        return (boxes - self._offset) / self._scale
+
+    @property
+    def _scale(self) -> Array:
+        return np.array([self.scale_u, self.scale_v, self.scale_u, self.scale_v])
+
+    @property
+    def _offset(self) -> Array:
+        return np.array([self.left, self.top, self.left, self.top], dtype=float)
+
+
+def fit_input(picture: tuple[int, int], long_side: int, fixed: tuple[int, int] | None = None) -> Letterbox:
+    """Choose where a picture goes.
+
+    Args:
+        picture: Height and width of the picture [px].
+        long_side: Longer side of the input [px], a multiple of 32. The shorter side becomes the
+            least multiple of 32 that holds the picture.
+        fixed: Height and width of the input [px], for a model that takes one shape only.
+    """
+    height, width = picture
+    bounds = fixed or (long_side, long_side)
+    scale = min(bounds[0] / height, bounds[1] / width)
+    rows = min(max(round(height * scale), 1), bounds[0])
+    columns = min(max(round(width * scale), 1), bounds[1])
+    full = fixed or (math.ceil(rows / STRIDE) * STRIDE, math.ceil(columns / STRIDE) * STRIDE)
+    top, left = (full[0] - rows) // 2, (full[1] - columns) // 2
+    return Letterbox(columns / width, rows / height, left, top, full[1], full[0])
+
+
+def letterbox(picture: NDArray[np.uint8], fit: Letterbox) -> NDArray[np.float32]:
+    """The network's input: RGB in [0, 1], shape (1, 3, fit.height, fit.width).
+
+    Args:
+        picture: RGB, shape (h, w, 3).
+        fit: Where it goes, from `fit_input`.
+    """
+    height, width = picture.shape[:2]
+    columns, rows = round(width * fit.scale_u), round(height * fit.scale_v)
+    shrinking = columns < width
+    small = cv2.resize(
+        picture, (columns, rows), interpolation=cv2.INTER_AREA if shrinking else cv2.INTER_LINEAR
+    )
+    canvas = np.full((fit.height, fit.width, 3), GREY, np.uint8)
+    canvas[fit.top : fit.top + rows, fit.left : fit.left + columns] = small
+    return np.ascontiguousarray(canvas.transpose(2, 0, 1)[None], dtype=np.float32) / np.float32(255.0)

@@ -1,0 +1,81 @@
+"""Between ROS messages and this package: colour images in, detections out.
+
+Boxes keep this package's pixel coordinates: (0, 0) is the upper left corner of the picture.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import Header
+from vision_msgs.msg import (
+    BoundingBox2D,
+    Detection2D,
+    Detection2DArray,
+    LabelInfo,
+    ObjectHypothesisWithPose,
+    VisionClass,
+)
+
+from bathbot_perception.classes import LABELS
+from bathbot_perception.errors import PictureError
+from bathbot_perception.regions import Region
+
+
+def colour_from_image(image: Any) -> NDArray[np.uint8]:
+    """Colours RGB, shape (H, W, 3), of an image message with encoding rgb8 or bgr8.
+
+    Raises:
+        PictureError: On another encoding or when the data do not fill the picture.
+    """
+    if image.encoding not in ("rgb8", "bgr8"):
+        raise PictureError(
+            f"colour image has encoding {image.encoding!r}, expected rgb8 or bgr8; wrong topic?"
+        )
+    data = np.frombuffer(image.data, np.uint8)
+    if (
+        image.width == 0
+        or image.step < 3 * image.width
+        or data.size != image.step * image.height
+        or data.size == 0
+    ):
+        raise PictureError(
+            f"image is {image.width}x{image.height}, {image.step} bytes a row, but has {data.size}; cut off?"
+        )
+    pixels = data.reshape(image.height, image.step)[:, : 3 * image.width].reshape(
+        image.height, image.width, 3
+    )
+    return pixels if image.encoding == "rgb8" else np.ascontiguousarray(pixels[..., ::-1])
+
+
+def detections_from_regions(regions: Sequence[Region], header: Header) -> Detection2DArray:
+    """Detections with the header of the image they were found in, untouched."""
+    message = Detection2DArray(header=header)
+    for region in regions:
+        result = ObjectHypothesisWithPose()
+        result.hypothesis.class_id, result.hypothesis.score = region.name, region.score
+        width, height = region.size
+        box = BoundingBox2D(size_x=width, size_y=height)
+        box.center.position.x, box.center.position.y = region.centre
+        message.detections.append(Detection2D(header=header, results=[result], bbox=box))
+    return message
+
+
+def regions_from_detections(message: Detection2DArray) -> list[Region]:
+    """The inverse of `detections_from_regions`; of several hypotheses the best counts."""
+    regions = []
+    for detection in message.detections:
+        if not detection.results:
+            continue
+        best = max((result.hypothesis for result in detection.results), key=lambda item: item.score)
+        centre, half = detection.bbox.center.position, (detection.bbox.size_x / 2, detection.bbox.size_y / 2)
+        box = (centre.x - half[0], centre.y - half[1], centre.x + half[0], centre.y + half[1])
+        regions.append(Region(best.class_id, best.score, box))
+    return regions
+
+
+def label_info(header: Header, threshold: float) -> LabelInfo:
+    """All labels with their ids; the last, background, is never detected."""
+    classes = [VisionClass(class_id=index, class_name=name) for index, name in enumerate(LABELS)]
+    return LabelInfo(header=header, class_map=classes, threshold=threshold)

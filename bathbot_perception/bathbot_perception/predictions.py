@@ -1,0 +1,47 @@
+"""From the model's raw numbers to skin regions in the picture."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.letterbox import Letterbox
+from bathbot_perception.nms import suppress
+from bathbot_perception.regions import Region
+
+Array = NDArray[np.floating]
+MOST_CANDIDATES = 1000
+"""Boxes that may enter suppression; the best ones."""
+
+
+def regions_from_predictions(
+    raw: Array,
+    fit: Letterbox,
+    picture: tuple[int, int],
+    score_threshold: float,
+    overlap_limit: float,
+    most: int,
+) -> list[Region]:
+    """Regions of one picture, best first.
+
+    Args:
+        raw: (centre u, centre v, width, height [px of the input], objectness, class scores), shape (N, 11).
+        fit: The letterbox used.
+        picture: Height and width of the picture [px]; boxes are cut there.
+        score_threshold: Least objectness times class score.
+        overlap_limit: Of `suppress`.
+        most: Number of regions to return at most.
+    """
+    raw = raw[raw[:, 4] >= score_threshold]
+    scores = raw[:, 5:] * raw[:, 4:5]
+    row, classes = np.nonzero(scores >= score_threshold)
+    values = scores[row, classes]
+    best = np.argsort(-values, kind="stable")[:MOST_CANDIDATES]
+    row, classes, values = row[best], classes[best], values[best]
+    centre, half = raw[row, :2], raw[row, 2:4] / 2
+    boxes = fit.to_picture(np.concatenate([centre - half, centre + half], axis=1).astype(np.float64))
+    height, width = picture
+    boxes = np.clip(boxes, 0.0, [width, height, width, height])
+    solid = np.all(boxes[:, 2:] > boxes[:, :2], axis=1)
+    boxes, classes, values = boxes[solid], classes[solid], values[solid]
+    kept = suppress(boxes, values, classes, overlap_limit)[:most]
+    return [Region(SKIN_CLASSES[classes[i]], float(values[i]), tuple(map(float, boxes[i]))) for i in kept]

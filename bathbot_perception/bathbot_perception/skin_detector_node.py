@@ -1,0 +1,97 @@
+"""Finds skin regions: `camera/camera/color/image_raw` -> `skin_regions`, same header."""
+
+import time
+
+from bathbot_depthcorr.newest_worker import NewestWorker
+from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.time import Time
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+from vision_msgs.msg import Detection2DArray, LabelInfo
+
+from bathbot_perception.detector import load
+from bathbot_perception.errors import PerceptionError
+from bathbot_perception.messages import colour_from_image, detections_from_regions, label_info
+from bathbot_perception.skin_detector_settings import SkinDetectorSettings
+from bathbot_perception.throughput import Throughput
+
+COLOUR_TOPIC = "camera/camera/color/image_raw"
+
+
+class SkinDetector(StageNode):
+    """Runs the network on the newest picture, in a thread of its own; old pictures are dropped."""
+
+    def __init__(self) -> None:
+        """Declare the parameters."""
+        super().__init__("skin_detector", SkinDetectorSettings)
+
+    def setup(self, settings: SkinDetectorSettings) -> None:
+        """Load the model."""
+        self._detector = load(settings=settings)
+        self._regions = self.create_publisher(Detection2DArray, "skin_regions", 5)
+        self._labels = self.create_publisher(LabelInfo, "skin_regions/label_info", LATCHED)
+        stamp = self.get_clock().now().to_msg()
+        self._labels.publish(label_info(Header(stamp=stamp), settings.score_threshold))
+        self.get_logger().info(f"network of {self._detector.size} px runs on {self._detector.provider}")
+
+    def start(self) -> None:
+        """Listen to the camera."""
+        self._throughput = Throughput(time.monotonic())
+        self._worker = NewestWorker(self._detect, self._fail)
+        self._images = self.create_subscription(
+            Image, COLOUR_TOPIC, self._worker.put, qos_profile_sensor_data
+        )
+        self._diagnose_timer = self.create_timer(1.0, self._diagnose)
+
+    def stop(self) -> None:
+        """Listen no more and end the thread."""
+        self.destroy_timer(self._diagnose_timer)
+        self.destroy_subscription(self._images)
+        self._worker.close()
+
+    def teardown(self) -> None:
+        """Let the model go."""
+        if hasattr(self, "_detector"):
+            self.destroy_publisher(self._regions)
+            self.destroy_publisher(self._labels)
+            del self._detector
+
+    def _detect(self, image: Image) -> None:
+        begun = time.monotonic()
+        regions = self._detector.detect(colour_from_image(image))
+        self._regions.publish(detections_from_regions(regions, image.header))
+        ended = time.monotonic()
+        latency = (self.get_clock().now() - Time.from_msg(image.header.stamp)).nanoseconds * 1e-9
+        self._throughput.add(ended, ended - begun, latency, len(regions))
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, PerceptionError):
+            self.get_logger().fatal(f"{type(error).__name__}: {error}")
+        self._throughput.fail(f"{error}")
+
+    def _diagnose(self) -> None:
+        recent = self._throughput.recent(time.monotonic())
+        values = {"provider": self._detector.provider, "dropped": self._worker.dropped, **recent.values}
+        if recent.error:
+            self.get_logger().error(recent.error, throttle_duration_sec=10.0)
+            self.report(ERROR, recent.error, **values)
+        elif recent.pictures == 0:
+            self.report(
+                WARN,
+                f"no picture on {self.resolve_topic_name(COLOUR_TOPIC)}; is the camera running?",
+                **values,
+            )
+        elif recent.regions == 0:
+            self.report(WARN, "no detection: no bare skin in view, or the view is dark or foggy", **values)
+        else:
+            self.report(OK, "detecting", **values)
+
+
+def main() -> None:
+    """Run the node."""
+    run(SkinDetector)
+
+
+if __name__ == "__main__":
+    main()

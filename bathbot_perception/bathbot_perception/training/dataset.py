@@ -1,0 +1,69 @@
+"""Data sets in memory: read once, drawn with balanced classes."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.errors import AnnotationError
+from bathbot_perception.training.augment_geometry import Example
+from bathbot_perception.voc import Sample, read_annotation, read_checked
+
+UNCHECKED_WEIGHT = 0.6
+"""How often a picture with unchecked boxes is drawn, against a checked one."""
+
+
+def load_example(sample: Sample, long_side: int) -> Example:
+    """Read a picture and its boxes, the longer side shrunk to `long_side` [px] if it is longer.
+
+    Raises:
+        AnnotationError: If the picture cannot be read or is not of the size its file says.
+    """
+    annotation = read_annotation(sample.annotation)
+    picture = cv2.imread(str(sample.picture), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise AnnotationError(f"cannot read the picture {sample.picture}; is it a whole JPEG or PNG?")
+    height, width = picture.shape[:2]
+    if (width, height) != (annotation.width, annotation.height):
+        raise AnnotationError(
+            f"{sample.picture} is {width}x{height} px not {annotation.width}x{annotation.height} as annotated"
+        )
+    scale = min(long_side / max(height, width), 1.0)
+    if scale < 1.0:
+        size = (round(width * scale), round(height * scale))
+        picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    boxes = np.array([region.box for region in annotation.regions], dtype=np.float64).reshape(-1, 4)
+    factors = np.array([picture.shape[1] / width, picture.shape[0] / height])
+    classes = np.array([SKIN_CLASSES.index(region.name) for region in annotation.regions], dtype=np.int64)
+    return Example(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), boxes * np.tile(factors, 2), classes)
+
+
+def class_balance(examples: list[Example]) -> NDArray[np.floating]:
+    """How often to draw each example so that rare classes are seen more, shape (n,), mean 1.
+
+    The weight is the mean over its boxes of the inverse square root of the class frequency.
+    """
+    counts = np.bincount(np.concatenate([e.classes for e in examples]), minlength=len(SKIN_CLASSES))
+    rarity = 1.0 / np.sqrt(np.maximum(counts, 1))
+    weights = np.array([rarity[e.classes].mean() if len(e.classes) else 0.5 * rarity.min() for e in examples])
+    return weights / weights.mean()
+
+
+class Source(NamedTuple):
+    """Training pictures of one data set, with the chance of each to be drawn."""
+
+    name: str
+    examples: list[Example]
+    chances: NDArray[np.floating]
+
+
+def load_source(folder: Path, samples: list[Sample], long_side: int) -> Source:
+    """Load training pictures of one folder into memory."""
+    checked = read_checked(folder)
+    examples = [load_example(sample, long_side) for sample in samples]
+    weights = class_balance(examples)
+    weights *= [1.0 if sample.picture.stem in checked else UNCHECKED_WEIGHT for sample in samples]
+    return Source(folder.name, examples, weights / weights.sum())

@@ -1,0 +1,123 @@
+import cv2
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="training needs the extra `train`")
+
+from bathbot_perception.classes import SKIN_CLASSES  # noqa: E402
+from bathbot_perception.detector import load  # noqa: E402
+from bathbot_perception.errors import ModelError  # noqa: E402
+from bathbot_perception.regions import Region  # noqa: E402
+from bathbot_perception.training.checkpoint import read_state  # noqa: E402
+from bathbot_perception.training.export import export  # noqa: E402
+from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
+from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
+from bathbot_perception.training.pace import Pace  # noqa: E402
+from bathbot_perception.training.train import train  # noqa: E402
+from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
+from bathbot_perception.voc import Annotation, write_annotation  # noqa: E402
+
+ANCHORS = torch.tensor(
+    [[[8, 8], [16, 16], [12, 30]], [[30, 30], [40, 20], [30, 70]], [[90, 90], [80, 200], [200, 150]]]
+)
+
+
+def test_the_network_has_the_size_and_the_outputs_of_yolov5s():
+    model = Yolov5s(6, ANCHORS)
+    assert 6.9e6 < sum(p.numel() for p in model.parameters()) < 7.3e6
+    shapes = [tuple(out.shape) for out in model(torch.rand(2, 3, 64, 96))]
+    assert shapes == [(2, 3, 64 // s, 96 // s, 11) for s in STRIDES]
+
+
+def test_decoding_by_hand():
+    """Raw zeros are sigmoids of 1/2: the middle of the cell, the size of the anchor."""
+    decoded = decode(torch.zeros(1, 3, 4, 5, 11), ANCHORS[1], 16)[0]
+    assert decoded.shape == (60, 11)
+    index = 1 * 20 + 2 * 5 + 3  # anchor 1, row 2, column 3
+    assert decoded[index, :4].tolist() == pytest.approx([56.0, 40.0, 40.0, 20.0])
+    assert decoded[index, 4:].tolist() == pytest.approx([0.5] * 7)
+
+
+def test_a_box_belongs_to_its_cell_and_the_two_nearest_neighbours():
+    found = match(
+        torch.tensor([[0, 4, 3.2, 5.8, 1.0, 1.0]]), torch.tensor([[1.0, 1.0], [9, 9], [1, 9]]), 10, 10
+    )
+    cells = set(zip(found.column.tolist(), found.row.tolist(), strict=True))
+    assert cells == {(3, 5), (2, 5), (3, 6)}
+    assert set(found.anchor.tolist()) == {0}
+
+
+def test_a_box_in_the_corner_stays_on_the_grid():
+    found = match(torch.tensor([[0, 4, 9.9, 0.1, 1.0, 1.0]]), torch.tensor([[1.0, 1.0]] * 3), 10, 10)
+    assert found.column.max() <= 9
+    assert found.row.min() >= 0
+
+
+def test_overlap_is_one_only_for_the_same_box():
+    boxes = torch.tensor([[5.0, 5.0, 4.0, 2.0]])
+    assert complete_overlap(boxes, boxes).item() == pytest.approx(1.0, abs=1e-5)
+    assert complete_overlap(boxes, boxes + torch.tensor([[1.0, 0, 0, 0]])).item() < 0.7
+    assert complete_overlap(boxes, boxes + torch.tensor([[50.0, 0, 0, 0]])).item() < 0.0
+
+
+def test_the_right_answer_costs_less():
+    raw = [torch.full((1, 3, 64 // s, 64 // s, 11), -6.0) for s in STRIDES]
+    targets = torch.tensor([[0, 2, 36.0, 36.0, 16.0, 16.0]])
+    anchors = ANCHORS.float()
+    wrong = detection_loss(raw, targets, anchors).total
+    right = [item.clone() for item in raw]
+    right[0][0, 1, 4, 4] = torch.tensor([0, 0, 0, 0, 6, -6, -6, 6, -6, -6, -6.0])
+    assert detection_loss(right, targets, anchors).total < wrong
+    empty = detection_loss(raw, torch.zeros(0, 6), anchors)
+    assert empty.box == empty.category == 0.0
+
+
+def test_the_rate_warms_up_and_falls():
+    settings = TrainSettings(rate=1e-3, warmup=10, rate_end=0.1)
+    assert rate_at(0, 0.0, settings) == pytest.approx(1e-4)
+    assert rate_at(100, 0.0, settings) == pytest.approx(1e-3)
+    assert rate_at(100, 1.0, settings) == pytest.approx(1e-4)
+
+
+def test_the_faster_number_of_threads_wins():
+    pace = Pace(2, every=20, trial=5)
+    for _ in range(60):
+        pace.took(0.5 if pace.threads == 1 else 2.0)
+    assert pace.threads == 1
+
+
+@pytest.fixture
+def data_set(tmp_path):
+    folder = tmp_path / "squares"
+    (folder / "images").mkdir(parents=True)
+    (folder / "annotations").mkdir()
+    for index in range(10):
+        picture = np.zeros((64, 64, 3), np.uint8)
+        picture[20:40, 10 + index : 40 + index] = 200
+        cv2.imwrite(str(folder / f"images/{index}.png"), picture)
+        region = Region("Hand_skin", 1.0, (10.0 + index, 20.0, 40.0 + index, 40.0))
+        write_annotation(folder / f"annotations/{index}.xml", Annotation(f"{index}.png", 64, 64, (region,)))
+    return folder
+
+
+def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
+    """Some steps, a stop, some more; the exported network is loaded and asked."""
+    out, settings = tmp_path / "run", TrainSettings(minutes=0.02, long_side=64, batch=2, threads=1)
+    checkpoint = train([data_set], out, settings)
+    step = read_state(checkpoint)["step"]
+    assert step > 0
+    assert (out / "validation.csv").is_file()
+    again = train(
+        [data_set], out, TrainSettings(minutes=0.04, long_side=64, batch=2, threads=1), resume=checkpoint
+    )
+    assert read_state(again)["step"] > step
+    export(again, tmp_path / "model.onnx", size=64)
+    assert (tmp_path / "model.onnx").stat().st_size < 15e6
+    names = {region.name for region in load(tmp_path / "model.onnx").detect(np.zeros((64, 64, 3), np.uint8))}
+    assert names <= set(SKIN_CLASSES)
+
+
+def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
+    (tmp_path / "a.pt").write_text("no")
+    with pytest.raises(ModelError, match="as a checkpoint"):
+        read_state(tmp_path / "a.pt")
