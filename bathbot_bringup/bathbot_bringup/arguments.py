@@ -18,7 +18,9 @@ def seed_list(text: str) -> list[int]:
             raise InputError(f"seeds are numbers and ranges such as 0-19 or 0-4,7, got {text!r}")
         first, last = int(match[1]), int(match[2] or match[1])
         if last < first or last - first >= 10000:
-            raise InputError(f"the range {part.strip()} of seeds is empty or too long; write the smaller number first")
+            raise InputError(
+                f"the range {part.strip()} of seeds is empty or too long; write the smaller number first"
+            )
         seeds += range(first, last + 1)
     return list(dict.fromkeys(seeds))
 

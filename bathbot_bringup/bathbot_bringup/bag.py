@@ -43,7 +43,9 @@ def open_bag(path: Path) -> Iterator[AnyReader]:
         reader.open()
     except (AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise BagError(f"cannot read {path} as a bag: {reason}; `mcap doctor` and `mcap recover` may help") from error
+        raise BagError(
+            f"cannot read {path} as a bag: {reason}; `mcap doctor` and `mcap recover` may help"
+        ) from error
     try:
         yield reader
     finally:
@@ -62,7 +64,9 @@ def summarise_bag(path: Path) -> list[TopicSummary]:
 
 def connections_ending(reader: AnyReader, endings: tuple[str, ...]) -> list[Connection]:
     """Find the connections whose topic is one of `endings`, in any namespace."""
-    return [c for c in reader.connections if any(c.topic == f"/{e}" or c.topic.endswith(f"/{e}") for e in endings)]
+    return [
+        c for c in reader.connections if any(c.topic == f"/{e}" or c.topic.endswith(f"/{e}") for e in endings)
+    ]
 
 
 def read_messages(path: Path, endings: tuple[str, ...]) -> Iterator[Entry]:
@@ -78,3 +82,13 @@ def read_messages(path: Path, endings: tuple[str, ...]) -> Iterator[Entry]:
     with open_bag(path) as reader:
         for connection, time, data in reader.messages(connections_ending(reader, endings)):
             yield Entry(connection.topic, time, reader.deserialize(data, connection.msgtype))
+
+
+def bag_length(path: Path) -> float:
+    """Time between the first and the last message of a bag [s].
+
+    Raises:
+        BagError: When it cannot be read.
+    """
+    with open_bag(path) as reader:
+        return reader.duration * 1e-9 if reader.message_count else 0.0

@@ -10,8 +10,6 @@ from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_bringup.errors import InputError
 
 
-
-
 class Step(NamedTuple):
     """One step of the job.
 

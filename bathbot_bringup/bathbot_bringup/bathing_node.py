@@ -6,9 +6,6 @@ from typing import Any
 
 from bathbot_depthcorr.messages import stamp_seconds
 from bathbot_localize.messages import pose_from_transform, targets_from_contact
-from bathbot_msgs.action import Approach, Scrub
-from bathbot_msgs.msg import ArmState, ContactTargets
-from bathbot_msgs.srv import SelectRegion
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -17,6 +14,9 @@ from bathbot_bringup import bathing
 from bathbot_bringup.bathing import Sighting, Step
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph_client_node import GraphClient
+from bathbot_msgs.action import Approach, Scrub
+from bathbot_msgs.msg import ArmState, ContactTargets
+from bathbot_msgs.srv import SelectRegion
 
 Progress = Callable[[float, str], None]
 _AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
@@ -63,7 +63,9 @@ class Bather:
         """Gather targets while the arm is out of the way, until the newest agree."""
         step = bathing.LOOK
         self.sightings.clear()
-        if not self._client.spin_until(lambda: bathing.settled(self.sightings, _AGREEING, _SPREAD), step.timeout):
+        if not self._client.spin_until(
+            lambda: bathing.settled(self.sightings, _AGREEING, _SPREAD), step.timeout
+        ):
             raise StepError(step.name, self._why("target_localizer", self._what_was_seen()))
         return self.sightings[-1]
 
@@ -92,7 +94,9 @@ class Bather:
         def show(feedback: Any) -> None:
             progress(feedback.fraction, f"segment {feedback.segment_index}, {self.arm.force:.1f} N")
 
-        return self._act(bathing.SCRUB, self._scrub, Scrub.Goal(region=self._region, max_length=max_length), show)
+        return self._act(
+            bathing.SCRUB, self._scrub, Scrub.Goal(region=self._region, max_length=max_length), show
+        )
 
     def retract(self) -> None:
         """Leave the skin along its outward normal and wait until the arm stands."""
@@ -112,7 +116,9 @@ class Bather:
             return time.monotonic() - asked > _LATE_REPORTS and stopped
 
         if not self._client.spin_until(over, step.timeout):
-            raise StepError(step.name, f"the arm was not there within {step.timeout:.0f} s; {self.arm.reason}")
+            raise StepError(
+                step.name, f"the arm was not there within {step.timeout:.0f} s; {self.arm.reason}"
+            )
         if self.arm.state not in ends:
             raise StepError(step.name, self.arm.reason or "the arm stopped on the way")
 
@@ -132,7 +138,9 @@ class Bather:
         result = sent.result().get_result_async()
         if not spin(result.done, step.timeout):
             spin(sent.result().cancel_goal_async().done, 2.0)
-            raise StepError(step.name, f"not finished within {step.timeout:.0f} s; {self.arm.reason or 'no reason known'}")
+            raise StepError(
+                step.name, f"not finished within {step.timeout:.0f} s; {self.arm.reason or 'no reason known'}"
+            )
         outcome = result.result().result
         if outcome.error_code != type(outcome).NONE:
             raise StepError(step.name, outcome.error_msg or f"error code {outcome.error_code}")
@@ -159,6 +167,8 @@ class Bather:
 
     def _what_was_seen(self) -> str:
         if self.sightings:
-            return f"{len(self.sightings)} targets of {self._region} do not agree within {1000 * _SPREAD:.0f} mm"
+            return (
+                f"{len(self.sightings)} targets of {self._region} do not agree within {1000 * _SPREAD:.0f} mm"
+            )
         others = ", ".join(sorted(self._regions_seen)) or "no region at all"
         return f"no contact target of {self._region} was found, but {others}"

@@ -4,7 +4,11 @@ from pathlib import Path
 
 import typer
 
-app = typer.Typer(help="Calibrate the camera's depth, or its place beside the arm.", no_args_is_help=True, rich_markup_mode=None)
+app = typer.Typer(
+    help="Calibrate the camera's depth, or its place beside the arm.",
+    no_args_is_help=False,
+    rich_markup_mode=None,
+)
 
 
 @app.callback()
@@ -14,11 +18,19 @@ def _group() -> None:
 
 @app.command("depth")
 def depth(
-    bag: Path = typer.Argument(..., help="Bag of a chessboard on a flat wall, recorded with --profile calibration."),
-    out: Path = typer.Option(..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."),
-    model: str = typer.Option("disparity_spline", help="Depth model: disparity_spline, two_stage or identity."),
+    bag: Path = typer.Argument(
+        ..., help="Bag of a chessboard on a flat wall, recorded with --profile calibration."
+    ),
+    out: Path = typer.Option(
+        ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
+    ),
+    model: str = typer.Option(
+        "disparity_spline", help="Depth model: disparity_spline, two_stage or identity."
+    ),
     board: str = typer.Option("11x8", help="Inner corners of the board, along x across."),
-    square: float = typer.Option(0.05, min=0.001, help="Edge of a square [m]; measure it, do not trust the print."),
+    square: float = typer.Option(
+        0.05, min=0.001, help="Edge of a square [m]; measure it, do not trust the print."
+    ),
 ) -> None:
     """Fit the depth correction of one camera, and judge it on poses that were held out.
 
@@ -28,7 +40,7 @@ def depth(
     \b
       bathbot record --out wall --profile calibration --consent "chessboard only"
       bathbot calibrate depth wall --out d455.npz
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_depthcorr.calibrate import calibrate_bag
 
     from bathbot_bringup.arguments import board_size
@@ -51,7 +63,7 @@ def hand_eye(
     \b
       bathbot record --out marker --profile calibration --consent "marker only"
       bathbot calibrate hand-eye marker --out hand_eye.yaml
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_localize.calibrate_hand_eye import calibrate_bag
 
     for line in calibrate_bag(bag, out, progress=typer.echo).lines():

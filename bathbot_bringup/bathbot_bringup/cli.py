@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from types import FrameType
+from typing import Any
 
 import typer
 from bathbot_depthcorr.errors import BathbotError
@@ -20,6 +21,7 @@ from bathbot_bringup import (
     node_command,
     record_command,
     replay_command,
+    simulate_command,
     train_command,
 )
 
@@ -29,7 +31,7 @@ app = typer.Typer(
     name="bathbot",
     help="A robot arm that washes a seated person: simulation, tools for cameras and bags, evaluation.\n\n"
     "Start with `bathbot demo`; every command explains itself with --help.",
-    no_args_is_help=True,
+    no_args_is_help=False,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -42,7 +44,10 @@ app.command("record")(record_command.record)
 app.add_typer(calibrate_command.app, name="calibrate")
 app.add_typer(evaluate_command.app, name="evaluate")
 app.add_typer(train_command.app, name="train")
-app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(node_command.node)
+app.add_typer(simulate_command.app, name="simulate")
+app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(
+    node_command.node
+)
 app.command("sim-arm")(node_command.sim_arm)
 
 
@@ -56,7 +61,9 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _root(
-    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Show the version."),
+    version: bool = typer.Option(
+        False, "--version", callback=_show_version, is_eager=True, help="Show the version."
+    ),
 ) -> None:
     """Take the options that stand before the command."""
 
@@ -66,6 +73,16 @@ def _complain(message: str) -> int:
     return BAD_INPUT
 
 
+def _about_option(error: Any, arguments: Sequence[str]) -> str:
+    """Say what typer found wrong, the value it saw, and where help is."""
+    names = getattr(getattr(error, "param", None), "opts", ())
+    given = [value for name, value in zip(arguments, arguments[1:], strict=False) if name in names]
+    seen = f", got {given[-1]!r}" if given else ""
+    command = getattr(getattr(error, "ctx", None), "command_path", "bathbot")
+    said = error.format_message().rstrip(".") or "no command was given"
+    return f"{said}{seen}; see {command} --help"
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
@@ -73,7 +90,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and give its exit code."""
     try:
-        result = app(args=list(arguments), standalone_mode=False)
+        result = app(args=list(arguments) or ["--help"], prog_name="bathbot", standalone_mode=False)
     except BathbotError as error:
         return _complain(str(error))
     except OSError as error:
@@ -83,9 +100,9 @@ def run(arguments: Sequence[str]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
     except Exception as error:
-        if not hasattr(error, "format_message"):  # typer's complaints about options have it, real faults do not
+        if not hasattr(error, "format_message"):  # typer's complaints have it, real faults do not
             raise
-        return _complain(f"{error.format_message()} See bathbot --help." if error.format_message() else "no command given")
+        return _complain(_about_option(error, list(arguments)))
     return result if isinstance(result, int) else 0
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-IN_CONTACT = 0.001        # [m] of bent bristles; less may be a graze
-COMFORT = (1.0, 6.0)      # [N] band of forces people called comfortable while being washed
+IN_CONTACT = 0.001  # [m] of bent bristles; less may be a graze
+COMFORT = (1.0, 6.0)  # [N] band of forces people called comfortable while being washed
 
 
 class ContactMeasures(NamedTuple):
@@ -45,7 +45,9 @@ def in_contact(passed: ArrayLike, times: ArrayLike, compression: ArrayLike) -> N
     return np.isfinite(passed) & (bent >= IN_CONTACT)
 
 
-def contact_measures(passed: ArrayLike, times: ArrayLike, compression: ArrayLike, force: ArrayLike) -> ContactMeasures:
+def contact_measures(
+    passed: ArrayLike, times: ArrayLike, compression: ArrayLike, force: ArrayLike
+) -> ContactMeasures:
     """Sum up one path; numbers that cannot be known are NaN.
 
     Args:
@@ -58,7 +60,9 @@ def contact_measures(passed: ArrayLike, times: ArrayLike, compression: ArrayLike
     compression, force = np.asarray(compression, dtype=float), np.asarray(force, dtype=float)
     touching = in_contact(passed, times, compression)
     known = passed[np.isfinite(passed)]
-    on_path = (times >= known.min()) & (times <= known.max()) if len(known) else np.zeros(len(times), dtype=bool)
+    on_path = (
+        (times >= known.min()) & (times <= known.max()) if len(known) else np.zeros(len(times), dtype=bool)
+    )
     if not on_path.any():
         peak = float(force.max()) if len(force) else np.nan
         return ContactMeasures(0.0, 0.0, np.nan, peak, np.nan, np.nan)

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, Delaunay, QhullError, cKDTree
 
 Array = NDArray[np.float64]
-BRUSH_RADIUS = 0.025     # [m]
-_DEPTH = 0.05            # [m] skin farther than this from the path's mean plane is another part of the body
-_WINDOW = 1.0            # [s] the body is taken to stand still for so long
-_SPACING = 0.003         # [m] between samples of skin
+BRUSH_RADIUS = 0.025  # [m]
+_DEPTH = 0.05  # [m] skin farther than this from the path's mean plane is another part of the body
+_WINDOW = 1.0  # [s] the body is taken to stand still for so long
+_SPACING = 0.003  # [m] between samples of skin
 
 
 class Coverage(NamedTuple):
@@ -59,7 +59,9 @@ def patch_frame(planned: ArrayLike) -> PatchFrame:
     return PatchFrame(planned[:, :3, 3].mean(axis=0), np.array([first, np.cross(inward, first), inward]))
 
 
-def skin_samples(vertices: Array, faces: NDArray[np.int32], keep: NDArray[np.bool_], seed: int = 0) -> tuple[Array, Array]:
+def skin_samples(
+    vertices: Array, faces: NDArray[np.int32], keep: NDArray[np.bool_], seed: int = 0
+) -> tuple[Array, Array]:
     """Spread samples evenly over the area of some triangles.
 
     Args:
@@ -73,7 +75,9 @@ def skin_samples(vertices: Array, faces: NDArray[np.int32], keep: NDArray[np.boo
     """
     chosen = np.flatnonzero(keep)
     corners = vertices[faces[chosen]]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     random = np.random.default_rng(seed)
     count = int(area.sum() / _SPACING**2)
     triangles = random.choice(chosen, size=count, p=area / area.sum()) if count else np.zeros(0, dtype=int)

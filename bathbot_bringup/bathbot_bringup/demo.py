@@ -18,7 +18,7 @@ from bathbot_bringup.report import Outcome, report_run
 from bathbot_bringup.stages import StageLog
 
 START_TIMEOUT = 60.0  # [s] for all nodes to be active, on a busy machine
-SCRUB_SPEED = 0.04    # [m/s] of the planner's default, to turn a time into a length
+SCRUB_SPEED = 0.04  # [m/s] of the planner's default, to turn a time into a length
 BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
 

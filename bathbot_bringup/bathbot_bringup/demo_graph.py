@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from bathbot_bringup.demo_settings import DemoSettings
 from bathbot_bringup.node_table import NodeEntry, find_node
-from bathbot_bringup.share import config_file
+from bathbot_bringup.share import SIM_CALIBRATION, SIM_HAND_EYE, config_file
 
 Parameters = dict[str, object]
 SEEING = ("sim_rm65", "rm65_driver", "depth_corrector", "skin_detector", "target_localizer", "sim_camera")
@@ -28,7 +28,9 @@ def free_ports() -> Ports:
         return Ports(tcp.getsockname()[1], udp.getsockname()[1])
 
 
-def demo_nodes(settings: DemoSettings, epoch: float, ports: Ports, bag: Path) -> list[tuple[NodeEntry, Parameters]]:
+def demo_nodes(
+    settings: DemoSettings, epoch: float, ports: Ports, bag: Path
+) -> list[tuple[NodeEntry, Parameters]]:
     """List the nodes of the demo in the order they are started.
 
     Args:
@@ -42,9 +44,12 @@ def demo_nodes(settings: DemoSettings, epoch: float, ports: Ports, bag: Path) ->
         "sim_rm65": {**body, "port": ports.tcp, "udp_port": ports.udp},
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp},
         "scrub_planner": {},
-        "depth_corrector": {"calibration": config_file("bathbot_bringup", "sim_depth.npz")},
+        "depth_corrector": {"calibration": SIM_CALIBRATION},
         "skin_detector": {"threads": 1},
-        "target_localizer": {"region": settings.region, "hand_eye": config_file("bathbot_bringup", "sim_hand_eye.yaml")},
+        "target_localizer": {
+            "region": settings.region,
+            "hand_eye": config_file("bathbot_bringup", SIM_HAND_EYE),
+        },
         "recorder": {"bag": bag},
         "sim_camera": {**body, "rate": settings.rate, "preset": settings.preset},
     }

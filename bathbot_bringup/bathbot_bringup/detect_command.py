@@ -6,7 +6,9 @@ import typer
 
 
 def detect(
-    paths: list[Path] = typer.Argument(..., metavar="PATH...", help="Pictures, films, folders of them, or bags."),
+    paths: list[Path] = typer.Argument(
+        ..., metavar="PATH...", help="Pictures, films, folders of them, or bags."
+    ),
     out: Path = typer.Option(..., "--out", help="Folder for drawn copies and regions.csv; made if missing."),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
     score: float = typer.Option(0.35, min=0.0, max=1.0, help="Regions below this score are dropped."),
@@ -20,7 +22,7 @@ def detect(
       bathbot detect portrait.jpg --out found
       bathbot detect holiday/ clip.mp4 --out found
       bathbot detect board_run --every 30 --out found       a bag that holds pictures
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_perception.detector import load
     from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 
@@ -33,7 +35,9 @@ def detect(
             typer.echo(f"{where}: {found.note}")
         for region in found.regions:
             left, top, right, bottom = region.box
-            typer.echo(f"{where}: {region.name} {region.score:.2f} at {left:.0f},{top:.0f} - {right:.0f},{bottom:.0f}")
+            typer.echo(
+                f"{where}: {region.name} {region.score:.2f} at {left:.0f},{top:.0f} - {right:.0f},{bottom:.0f}"
+            )
         if not found.regions:
             typer.echo(f"{where}: no bare skin found")
     typer.echo(f"drawn copies and regions.csv are in {out}")

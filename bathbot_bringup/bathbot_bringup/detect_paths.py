@@ -75,7 +75,9 @@ def check_paths(paths: Sequence[Path]) -> None:
         if not path.exists():
             raise InputError(f"there is no {path}; give pictures, films, folders or bags")
         if path.is_dir() and not is_bag(path) and not any(files_of([path])):
-            raise InputError(f"folder {path} holds no picture and no film; known endings are {', '.join(known)}")
+            raise InputError(
+                f"folder {path} holds no picture and no film; known endings are {', '.join(known)}"
+            )
 
 
 def check_bag(bag: Path) -> None:

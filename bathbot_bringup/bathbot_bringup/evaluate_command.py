@@ -4,7 +4,9 @@ from pathlib import Path
 
 import typer
 
-app = typer.Typer(help="Measure, over many pictures or many seeds.", no_args_is_help=True, rich_markup_mode=None)
+app = typer.Typer(
+    help="Measure, over many pictures or many seeds.", no_args_is_help=False, rich_markup_mode=None
+)
 
 
 @app.callback()
@@ -25,11 +27,11 @@ def detector(
     \b
       bathbot evaluate detector my_photos --json detector.json
       bathbot evaluate detector my_photos --split test --model skin.onnx
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_perception.evaluate import evaluate
 
-    from bathbot_bringup.result_file import write_json
     from bathbot_bringup.detector_table import print_detector
+    from bathbot_bringup.result_file import write_json
 
     result = evaluate(dataset, model or None, split=split, curves=curves)
     print_detector(result)
@@ -45,8 +47,10 @@ def demo(
     region: str = typer.Option("Trunk_skin", help="Region to bathe."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]."),
-    rate: float = typer.Option(10.0, help="Pictures per second of the simulated camera [Hz]."),
-    preset: str = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good."),
+    rate: float = typer.Option(6.0, help="Pictures per second of the simulated camera [Hz]."),
+    preset: str = typer.Option(
+        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
+    ),
 ) -> None:
     """Run the demo once per seed and print mean, spread and extremes of its numbers.
 
@@ -55,7 +59,7 @@ def demo(
     \b
       bathbot evaluate demo --seeds 0-19 --json demo.json
       bathbot evaluate demo --seeds 0-4 --region upperlimb --scenario restless
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.arguments import seed_list
     from bathbot_bringup.bathing import full_region_name
     from bathbot_bringup.demo_settings import DemoSettings
@@ -76,14 +80,16 @@ def localization(
     region: str = typer.Option("Trunk_skin", help="Region to locate."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     targets: int = typer.Option(20, min=1, help="Contact targets per seed."),
-    rate: float = typer.Option(10.0, help="Pictures per second of the simulated camera [Hz]."),
-    preset: str = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good."),
+    rate: float = typer.Option(6.0, help="Pictures per second of the simulated camera [Hz]."),
+    preset: str = typer.Option(
+        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
+    ),
 ) -> None:
     """Compare contact targets with the simulated truth, seed by seed, without moving the arm.
 
     \b
       bathbot evaluate localization --seeds 0-9 --json localization.json
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.arguments import seed_list
     from bathbot_bringup.bathing import full_region_name
     from bathbot_bringup.demo_settings import DemoSettings

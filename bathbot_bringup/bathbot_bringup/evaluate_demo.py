@@ -41,10 +41,17 @@ def run_seed(settings: DemoSettings, logs: Path) -> dict[str, Any]:
     try:
         return json.loads((settings.out / "summary.json").read_text(encoding="utf-8"))
     except (OSError, json.JSONDecodeError):
-        return {"done": False, "seed": settings.seed, "region": settings.region, "failure": said or "it left no summary"}
+        return {
+            "done": False,
+            "seed": settings.seed,
+            "region": settings.region,
+            "failure": said or "it left no summary",
+        }
 
 
-def evaluate_demo(settings_of: SettingsOf, seeds: Sequence[int], json_file: Path | None, out: Path | None) -> int:
+def evaluate_demo(
+    settings_of: SettingsOf, seeds: Sequence[int], json_file: Path | None, out: Path | None
+) -> int:
     """Run all seeds, print a table, write the numbers.
 
     Args:

@@ -59,7 +59,9 @@ def locate(settings: DemoSettings, count: int, folder: Path) -> np.ndarray:
     ])  # fmt: skip
 
 
-def evaluate_localization(settings_of: SettingsOf, seeds: Sequence[int], count: int, json_file: Path | None) -> int:
+def evaluate_localization(
+    settings_of: SettingsOf, seeds: Sequence[int], count: int, json_file: Path | None
+) -> int:
     """Run all seeds, print a table, write the numbers.
 
     Returns:
@@ -80,7 +82,9 @@ def evaluate_localization(settings_of: SettingsOf, seeds: Sequence[int], count: 
                 "seed": seed, "count": len(distance), "mean_mm": distance.mean(), "std_mm": distance.std(),
                 "max_mm": distance.max(), "bias_mm": list(1000.0 * errors.mean(axis=0)), "errors_mm": list(distance),
             })  # fmt: skip
-            console.print(f"seed {seed}: mean {distance.mean():.2f} mm, max {distance.max():.2f} mm", markup=False)
+            console.print(
+                f"seed {seed}: mean {distance.mean():.2f} mm, max {distance.max():.2f} mm", markup=False
+            )
     _print_rows(console, rows)
     found = [row for row in rows if "mean_mm" in row]
     if json_file:
@@ -91,7 +95,9 @@ def evaluate_localization(settings_of: SettingsOf, seeds: Sequence[int], count: 
 
 
 def _print_rows(console: Console, rows: Sequence[dict[str, Any]]) -> None:
-    table = Table("seed", "targets", "mean", "std", "max", "bias x, y, z", title="localisation error [mm] (simulated)")
+    table = Table(
+        "seed", "targets", "mean", "std", "max", "bias x, y, z", title="localisation error [mm] (simulated)"
+    )
     for row in rows:
         if "mean_mm" in row:
             bias = ", ".join(f"{value:+.2f}" for value in row["bias_mm"])

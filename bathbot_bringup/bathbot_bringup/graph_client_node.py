@@ -6,7 +6,6 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 import rclpy
 from lifecycle_msgs.srv import GetState
 from rclpy.client import Client
@@ -16,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
+from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 
 _TICK = 0.02  # [s]
 

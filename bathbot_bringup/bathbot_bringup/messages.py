@@ -16,4 +16,6 @@ def message_class(name: str) -> Any:
     try:
         return getattr(importlib.import_module(f"{package}.msg"), message)
     except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"message type {name!r} is not installed; install the package {package or name!r}") from error
+        raise InputError(
+            f"message type {name!r} is not installed; install the package {package or name!r}"
+        ) from error

@@ -19,7 +19,7 @@ def node(
       bathbot node                                          list the nodes
       bathbot node skin_detector                            run one
       bathbot node sim_camera --ros-args -p seed:=3         with another parameter
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     if not name:
         for entry in node_table.NODES.values():
             typer.echo(f"{entry.name:18}{entry.about}   ({entry.module})")
@@ -33,13 +33,25 @@ def sim_arm(
     host: str = typer.Option("127.0.0.1", help="Address to listen on; the default hears only this machine."),
     port: int = typer.Option(8080, min=0, max=65535, help="TCP port of the JSON protocol; 0 takes a free one."),
     udp_port: int = typer.Option(8089, min=1, max=65535, help="UDP port of the state that is pushed."),
+    seed: int = typer.Option(0, help="Of the person the brush may touch."),
+    scenario: str = typer.Option("calm", help="How the person moves."),
+    person: bool = typer.Option(True, help="Whether somebody sits there."),
 ) -> None:
-    """Run the emulator of the RM65 controller alone, without ROS: any client of the vendor's protocol may connect.
+    """Run the emulator of the RM65 controller alone, without ROS.
+
+    Any client of the vendor's protocol may connect.
 
     \b
       bathbot sim-arm
-      bathbot sim-arm --port 18080
-    """
-    from bathbot_bringup.sim.emulator import EmulatorSettings, run
+      bathbot sim-arm --port 18080 --no-person
+    """  # noqa: D301 - \b keeps the lines of examples
+    import logging
 
-    run(EmulatorSettings(host=host, port=port, udp_port=udp_port))
+    from bathbot_bringup.sim.emulator_bathroom import run
+    from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
+
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    settings = SimRm65Settings(
+        host=host, port=port, udp_port=udp_port, seed=seed, scenario=scenario, person=person
+    )
+    run(settings)

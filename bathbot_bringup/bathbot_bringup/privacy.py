@@ -12,14 +12,16 @@ import yaml
 
 from bathbot_bringup.errors import InputError, SettingsError
 
-IMAGE_TYPES = frozenset({
-    "sensor_msgs/msg/Image",
-    "sensor_msgs/msg/CompressedImage",
-    "sensor_msgs/msg/PointCloud",
-    "sensor_msgs/msg/PointCloud2",
-    "stereo_msgs/msg/DisparityImage",
-    "realsense2_camera_msgs/msg/RGBD",
-})
+IMAGE_TYPES = frozenset(
+    {
+        "sensor_msgs/msg/Image",
+        "sensor_msgs/msg/CompressedImage",
+        "sensor_msgs/msg/PointCloud",
+        "sensor_msgs/msg/PointCloud2",
+        "stereo_msgs/msg/DisparityImage",
+        "realsense2_camera_msgs/msg/RGBD",
+    }
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +68,19 @@ def load_profiles(file: Path) -> dict[str, PrivacyProfile]:
     try:
         document = yaml.safe_load(file.read_text(encoding="utf-8"))
         return {
-            name: PrivacyProfile(name, str(entry["about"]), tuple(map(str, entry["topics"])), entry["images"] is True)
+            name: PrivacyProfile(
+                name, str(entry["about"]), tuple(map(str, entry["topics"])), entry["images"] is True
+            )
             for name, entry in document.items()
         }
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read privacy profiles {file}; config/privacy_profiles.yaml is an example") from error
+        raise InputError(
+            f"cannot read privacy profiles {file}; config/privacy_profiles.yaml is an example"
+        ) from error
     except (yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
-        raise InputError(f"{file} is no file of privacy profiles; each needs about, topics and images") from error
+        raise InputError(
+            f"{file} is no file of privacy profiles; each needs about, topics and images"
+        ) from error
 
 
 def find_profile(file: Path, name: str) -> PrivacyProfile:

@@ -90,7 +90,13 @@ class ProcessGroup:
         self.stop()
 
     def start(self, name: str, command: Sequence[str], niceness: int = 0) -> Child:
-        """Start one process in a group of its own, so that Ctrl-C reaches only this program."""
+        """Start one process in a group of its own, so that Ctrl-C reaches only this program.
+
+        Args:
+            name: Of the node; its log is named so.
+            command: Program and arguments.
+            niceness: How much more willing to wait than this program the process is, 0..19.
+        """
         log = self._logs / f"{name}.log"
         with log.open("wb") as output:
             process = subprocess.Popen(
@@ -100,7 +106,7 @@ class ProcessGroup:
         child = Child(name, process, log)
         self.children.append(child)
         if niceness:
-            os.setpriority(os.PRIO_PROCESS, process.pid, niceness)
+            os.setpriority(os.PRIO_PROCESS, process.pid, min(os.getpriority(os.PRIO_PROCESS, 0) + niceness, 19))
         return child
 
     def check(self) -> None:
@@ -132,7 +138,9 @@ class ProcessGroup:
             waiting = [child for child in waiting if not ready(child.name)]
             if waiting and time.monotonic() > deadline:
                 late = waiting[0]
-                raise ProcessError(late.name, f"was not active within {timeout:.0f} s", late.last_line(), str(late.log))
+                raise ProcessError(
+                    late.name, f"was not active within {timeout:.0f} s", late.last_line(), str(late.log)
+                )
             time.sleep(_POLL)
 
     def stop(self, patience: Sequence[tuple[int, float]] = ()) -> None:

@@ -7,8 +7,12 @@ import typer
 
 def record(
     out: Path = typer.Option(..., "--out", help="Bag to make: a new folder, or a new file ending in .mcap."),
-    profile: str = typer.Option("default", help="Privacy profile: default, arm or calibration; see docs/privacy.md."),
-    consent: str = typer.Option("", help="Who agreed to be recorded, and when; profiles with pictures need it."),
+    profile: str = typer.Option(
+        "default", help="Privacy profile: default, arm or calibration; see docs/privacy.md."
+    ),
+    consent: str = typer.Option(
+        "", help="Who agreed to be recorded, and when; profiles with pictures need it."
+    ),
     seconds: float = typer.Option(0.0, min=0.0, help="Stop after so many seconds; 0 records until Ctrl-C."),
 ) -> None:
     """Record the topics that a privacy profile allows, until Ctrl-C.
@@ -18,7 +22,7 @@ def record(
     \b
       bathbot record --out bathing/monday
       bathbot record --out board --profile calibration --consent "chessboard only" --seconds 60
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.recording import record_graph
 
     summary = record_graph(out, profile, consent, seconds)

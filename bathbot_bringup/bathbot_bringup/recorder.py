@@ -48,7 +48,9 @@ def refuse_existing(target: Path) -> None:
 class Recorder:
     """Writes a bag at `target`: a folder, or a single file when the name ends in `.mcap`."""
 
-    def __init__(self, target: Path, notes: dict[str, str] | None = None, queue_bytes: int = 256 << 20) -> None:
+    def __init__(
+        self, target: Path, notes: dict[str, str] | None = None, queue_bytes: int = 256 << 20
+    ) -> None:
         """Open the bag and start the writing thread.
 
         Args:
@@ -70,7 +72,9 @@ class Recorder:
         try:
             self._writer.open()
         except OSError as error:
-            raise BagError(f"cannot write a bag at {target}: {error.strerror}; choose another place") from error
+            raise BagError(
+                f"cannot write a bag at {target}: {error.strerror}; choose another place"
+            ) from error
         self._connections: dict[str, Connection] = {}
         self._queue: queue.SimpleQueue[tuple[str, int, bytes] | Topic | None] = queue.SimpleQueue()
         self._limit, self._waiting = queue_bytes, 0
@@ -118,7 +122,9 @@ class Recorder:
             self._writer.close()
             self._publish()
         except OSError as error:
-            raise BagError(f"bag {self._target} is not whole: {error}; what was written is in {self._building}") from error
+            raise BagError(
+                f"bag {self._target} is not whole: {error}; what was written is in {self._building}"
+            ) from error
         return BagSummary(self._target, self.messages, self.dropped)
 
     def _publish(self) -> None:

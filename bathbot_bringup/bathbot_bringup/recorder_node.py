@@ -57,8 +57,14 @@ class RecorderNode(StageNode):
     def setup(self, settings: RecorderSettings) -> None:
         """Check what can be checked before the first message."""
         if not settings.bag:
-            raise SettingsError("bag is empty, so there is nowhere to record to; give a name, such as bag:=my_run")
-        file = Path(settings.profiles) if settings.profiles else config_file("bathbot_bringup", "privacy_profiles.yaml")
+            raise SettingsError(
+                "bag is empty, so there is nowhere to record to; give a name, such as bag:=my_run"
+            )
+        file = (
+            Path(settings.profiles)
+            if settings.profiles
+            else config_file("bathbot_bringup", "privacy_profiles.yaml")
+        )
         self._profile: PrivacyProfile = find_profile(file, settings.profile)
         self._profile.check_consent(settings.consent)
         refuse_existing(Path(settings.bag))
@@ -79,7 +85,9 @@ class RecorderNode(StageNode):
         for subscription in self._heard.values():
             self.destroy_subscription(subscription)
         summary = self._recorder.close()
-        self.get_logger().info(f"wrote {summary.messages} messages to {summary.path}, {summary.dropped} dropped")
+        self.get_logger().info(
+            f"wrote {summary.messages} messages to {summary.path}, {summary.dropped} dropped"
+        )
 
     def _find_topics(self) -> None:
         for name, types in self.get_topic_names_and_types():

@@ -9,12 +9,20 @@ from bathbot_bringup.errors import SettingsError
 class RecorderSettings:
     """Where and what to record."""
 
-    bag: str = field(default="", metadata={"help": "bag to make: a new folder, or a new file ending in .mcap"})
+    bag: str = field(
+        default="", metadata={"help": "bag to make: a new folder, or a new file ending in .mcap"}
+    )
     profile: str = field(default="default", metadata={"help": "name of a privacy profile"})
-    consent: str = field(default="", metadata={"help": "who agreed to be recorded, and when; profiles with images need it"})
-    profiles: str = field(default="", metadata={"help": "file of privacy profiles; empty: the one of this package"})
+    consent: str = field(
+        default="", metadata={"help": "who agreed to be recorded, and when; profiles with images need it"}
+    )
+    profiles: str = field(
+        default="", metadata={"help": "file of privacy profiles; empty: the one of this package"}
+    )
     search_period: float = field(default=0.5, metadata={"help": "[s] between two looks for new topics"})
-    queue_megabytes: int = field(default=256, metadata={"help": "messages waiting for the disk; more are dropped"})
+    queue_megabytes: int = field(
+        default=256, metadata={"help": "messages waiting for the disk; more are dropped"}
+    )
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing.

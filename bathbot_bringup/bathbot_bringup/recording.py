@@ -1,10 +1,10 @@
 """Recording from the command line: the recorder node as a child, until Ctrl-C or a time."""
 
-import tempfile
 import time
 from pathlib import Path
 
 from bathbot_bringup.bag import TopicSummary, summarise_bag
+from bathbot_bringup.log_folder import log_folder
 from bathbot_bringup.node_table import find_node, node_command
 from bathbot_bringup.privacy import find_profile
 from bathbot_bringup.processes import ProcessGroup, node_environment
@@ -31,16 +31,13 @@ def record_graph(out: Path, profile: str, consent: str, seconds: float) -> list[
     refuse_existing(out)
     parameters = {"bag": out.absolute(), "profile": profile, "consent": consent}
     deadline = time.monotonic() + (seconds or float("inf"))
-    with tempfile.TemporaryDirectory() as folder:
-        with ProcessGroup(Path(folder), node_environment(Path(folder))) as group:
-            group.start("recorder", node_command(find_node("recorder"), parameters))
-            try:
-                while time.monotonic() < deadline:
-                    group.check()
-                    time.sleep(0.1)
-            except KeyboardInterrupt:
-                if not seconds:
-                    group.stop()
-                else:
-                    raise
+    with log_folder("record") as logs, ProcessGroup(logs, node_environment(logs)) as group:
+        group.start("recorder", node_command(find_node("recorder"), parameters))
+        try:
+            while time.monotonic() < deadline:
+                group.check()
+                time.sleep(0.1)
+        except KeyboardInterrupt:
+            if seconds:
+                raise
     return summarise_bag(out)

@@ -7,10 +7,16 @@ import typer
 
 def replay(
     bag: Path = typer.Argument(..., help="rosbag2 folder or .mcap file."),
-    rate: float = typer.Option(1.0, min=0.05, max=20.0, help="Speed; 0.5 is half as fast as it was recorded."),
+    rate: float = typer.Option(
+        1.0, min=0.05, max=20.0, help="Speed; 0.5 is half as fast as it was recorded."
+    ),
     out: Path = typer.Option(None, help="Record what comes out to this bag."),
-    calibration: str = typer.Option("", help="Depth calibration, .npz; leave it out for the one of the bag's camera."),
-    hand_eye: str = typer.Option("", help="Hand-eye calibration, .yaml; leave it out for the one of the demo."),
+    calibration: str = typer.Option(
+        "", help="Depth calibration, .npz; leave it out for the one of the bag's camera."
+    ),
+    hand_eye: str = typer.Option(
+        "", help="Hand-eye calibration, .yaml; leave it out for the one of the demo."
+    ),
 ) -> None:
     """Publish a bag again, with its own time stamps, and run the pipeline over it; no live source is used.
 
@@ -20,7 +26,7 @@ def replay(
     \b
       bathbot replay bathing/monday
       bathbot replay with_pictures --rate 0.5 --out again
-    """
+    """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.replay import ReplaySettings, replay_bag
 
     replay_bag(ReplaySettings(bag, rate, out, calibration, hand_eye))

@@ -59,7 +59,9 @@ def choose_topics(bag: Path, sources_only: bool) -> list[ReplayTopic]:
         chosen = [c for c in held if not (anew and _ends_with(c.topic, _MADE_BY_PIPELINE))]
         topics = [ReplayTopic(c.topic, c.msgtype, c.msgcount, next(iter(_qos(c)), None)) for c in chosen]
     if not topics:
-        raise BagError(f"bag {bag} holds no messages that could be published; was it recorded while the graph ran?")
+        raise BagError(
+            f"bag {bag} holds no messages that could be published; was it recorded while the graph ran?"
+        )
     return topics
 
 
@@ -80,7 +82,10 @@ def messages_of(bag: Path, topics: Sequence[ReplayTopic]) -> Iterator[Message]:
 
 
 def pace(
-    messages: Iterator[Message], rate: float, wait: Callable[[float], bool], now: Callable[[], float] = time.monotonic
+    messages: Iterator[Message],
+    rate: float,
+    wait: Callable[[float], bool],
+    now: Callable[[], float] = time.monotonic,
 ) -> Iterator[Message]:
     """Give each message when it is due.
 

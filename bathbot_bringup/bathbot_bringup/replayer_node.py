@@ -40,14 +40,16 @@ class ReplayerNode(StageNode):
     def setup(self, settings: ReplayerSettings) -> None:
         """Look into the bag and offer its topics."""
         if not settings.bag:
-            raise SettingsError("bag is empty, so there is nothing to replay; give a rosbag2 folder or an .mcap file")
+            raise SettingsError(
+                "bag is empty, so there is nothing to replay; give a rosbag2 folder or an .mcap file"
+            )
         self._settings = settings
         self._topics = choose_topics(Path(settings.bag), settings.sources_only)
         self._publishers_ours: dict[str, Publisher] = {}
         for topic in self._topics:
             kind = message_class(topic.message_type)
             self._publishers_ours[topic.name] = self.create_publisher(kind, topic.name, offered_again(topic))
-        self._clock = self.create_publisher(Clock, "/clock", 10) if settings.clock else None
+        self._clock_topic = self.create_publisher(Clock, "/clock", 10) if settings.clock else None
 
     def start(self) -> None:
         """Begin to publish."""
@@ -78,10 +80,12 @@ class ReplayerNode(StageNode):
         total = sum(topic.messages for topic in self._topics)
         self.report(OK, f"replaying {total} messages")
         sent, shown = 0, 0
-        for message in pace(messages_of(Path(self._settings.bag), self._topics), self._settings.rate, self._ended.wait):
-            if self._clock is not None and not 0 <= message.time - shown < _CLOCK_STEP:
+        for message in pace(
+            messages_of(Path(self._settings.bag), self._topics), self._settings.rate, self._ended.wait
+        ):
+            if self._clock_topic is not None and not 0 <= message.time - shown < _CLOCK_STEP:
                 shown = message.time
-                self._clock.publish(Clock(clock=Time(sec=shown // 10**9, nanosec=shown % 10**9)))
+                self._clock_topic.publish(Clock(clock=Time(sec=shown // 10**9, nanosec=shown % 10**9)))
             self._send(message)
             sent += 1
         if not self._ended.is_set():
@@ -96,7 +100,10 @@ class ReplayerNode(StageNode):
         step, waited = 0.1, 0.0
         while waited < self._settings.wait_for_listeners and not self._ended.wait(step):
             waited += step
-            if any(publisher.get_subscription_count() for publisher in self._publishers_ours.values()) and waited > 1.0:
+            if (
+                any(publisher.get_subscription_count() for publisher in self._publishers_ours.values())
+                and waited > 1.0
+            ):
                 return
 
 

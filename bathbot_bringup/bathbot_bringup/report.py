@@ -126,7 +126,11 @@ def _of(reduce: Any, values: np.ndarray) -> float:
     return float(reduce(values)) if len(values) else np.nan
 
 
-def _write_page(settings: DemoSettings, outcome: Outcome, summary: dict[str, Any], run: Run, measures: RunMeasures) -> None:
-    from bathbot_bringup.report_page import write_page  # matplotlib takes a second: only when there is something to draw
+def _write_page(
+    settings: DemoSettings, outcome: Outcome, summary: dict[str, Any], run: Run, measures: RunMeasures
+) -> None:
+    from bathbot_bringup.report_page import (
+        write_page,
+    )  # matplotlib takes a second: only when there is something to draw
 
     write_page(settings.out / "report.html", plain(summary), run, measures, outcome.epoch)

@@ -42,7 +42,9 @@ def draw_targets(times: Array, errors: Array, used: float | None) -> Figure:
     for axis, name, colour in zip(range(3), "xyz", (_BLUE, _ORANGE, _GREEN), strict=True):
         axes.plot(times, 1000.0 * errors[:, axis], ".", ms=3, color=colour, label=name)
     axes.plot(times, 1000.0 * np.linalg.norm(errors, axis=1), "k.", ms=4, label="distance")
-    axes.axhline(PAPER_TARGET_ERROR, color="grey", ls=":", label=f"mean of the paper, {PAPER_TARGET_ERROR} mm")
+    axes.axhline(
+        PAPER_TARGET_ERROR, color="grey", ls=":", label=f"mean of the paper, {PAPER_TARGET_ERROR} mm"
+    )
     if used is not None:
         axes.axvline(used, color=_RED, lw=1, label="the target approached")
     axes.set(xlabel="time [s]", ylabel="found - true [mm]", title="Localisation error of the contact target")
@@ -53,12 +55,16 @@ def draw_targets(times: Array, errors: Array, used: float | None) -> Figure:
 def draw_path_error(error: PathError) -> Figure:
     """Deviation from the planned path, at each of its poses."""
     figure, axes = _figure()
-    axes.plot(error.distance, 1000.0 * error.across, color=_BLUE, lw=1, label="across the travel, along the skin")
+    axes.plot(
+        error.distance, 1000.0 * error.across, color=_BLUE, lw=1, label="across the travel, along the skin"
+    )
     axes.plot(error.distance, 1000.0 * error.depth, color=_ORANGE, lw=1, label="into the skin")
     for side in (-1, 1):
         label = f"largest of the paper, {PAPER_PATH_ERROR} mm" if side > 0 else None
         axes.axhline(side * PAPER_PATH_ERROR, color="grey", ls=":", label=label)
-    axes.set(xlabel="along the planned path [m]", ylabel="actual - planned [mm]", title="Path error every 2 mm")
+    axes.set(
+        xlabel="along the planned path [m]", ylabel="actual - planned [mm]", title="Path error every 2 mm"
+    )
     axes.legend(fontsize=8)
     return figure
 
@@ -66,7 +72,9 @@ def draw_path_error(error: PathError) -> Figure:
 def draw_force(run: Run, epoch: float, threshold: float) -> Figure:
     """True and measured force over time, with the comfort band and the threshold."""
     figure, axes = _figure()
-    axes.axhspan(*COMFORT, color=_GREEN, alpha=0.12, label=f"comfort band {COMFORT[0]:.0f}-{COMFORT[1]:.0f} N")
+    axes.axhspan(
+        *COMFORT, color=_GREEN, alpha=0.12, label=f"comfort band {COMFORT[0]:.0f}-{COMFORT[1]:.0f} N"
+    )
     axes.plot(run.contacts.time - epoch, run.contacts.force, color=_BLUE, lw=0.8, label="true (simulated)")
     axes.plot(run.arm.time - epoch, run.arm.force, color=_ORANGE, lw=0.8, label="measured and filtered")
     if np.isfinite(threshold):

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bathbot_bringup import report_figures
 from bathbot_bringup.atomic_file import write_atomically
 from bathbot_bringup.coverage import patch_frame
@@ -36,7 +34,10 @@ def _image(figure: object, about: str) -> str:
 def _figures(run: Run, measures: RunMeasures, summary: Mapping[str, Any], epoch: float) -> list[str]:
     used = summary.get("target_time_s")
     pictures = [
-        _image(report_figures.draw_targets(measures.target_times - epoch, measures.target_errors, used), "localisation error"),
+        _image(
+            report_figures.draw_targets(measures.target_times - epoch, measures.target_errors, used),
+            "localisation error",
+        ),
         _image(report_figures.draw_force(run, epoch, measures.force_threshold), "force over time"),
     ]
     if measures.path is not None and len(measures.path.T_base_head):
@@ -60,7 +61,9 @@ def write_page(path: Path, summary: Mapping[str, Any], run: Run, measures: RunMe
     done = summary["done"]
     state = '<span class="done">done</span>' if done else '<span class="failed">not done</span>'
     title = f"Bathing report: {summary['region']}, person {summary['seed']}"
-    rows = "".join(f"<tr><td>{html.escape(about)}</td><td>{value}</td></tr>" for about, value in table_rows(summary))
+    rows = "".join(
+        f"<tr><td>{html.escape(about)}</td><td>{value}</td></tr>" for about, value in table_rows(summary)
+    )
     stages = "".join(f"<tr><td>{html.escape(name)}</td><td>{seconds:.1f} s</td></tr>"
                      for name, seconds in summary["stages_s"].items())  # fmt: skip
     failure = f'<p class="failed">{html.escape(summary["failure"])}</p>' if summary["failure"] else ""

@@ -18,23 +18,23 @@ FREE, APPROACH, CONTACT, RETRACTING, HOLD, FAULT = range(6)  # states of bathbot
 class ArmStates(NamedTuple):
     """The driver's reports over time; all of shape (N,)."""
 
-    time: Array                                       # [s]
+    time: Array  # [s]
     state: NDArray[np.int64]
     path_id: NDArray[np.int64]
-    distance_along: Array                             # [m]
-    force: Array                                      # [N] measured and filtered
-    force_threshold: Array                            # [N]
-    period_deviation_p99: Array                       # [s]
+    distance_along: Array  # [m]
+    force: Array  # [N] measured and filtered
+    force_threshold: Array  # [N]
+    period_deviation_p99: Array  # [s]
 
 
 class Contacts(NamedTuple):
     """The simulated truth about brush and skin over time; N samples."""
 
-    time: Array                                       # [s], shape (N,)
-    T_base_head: Array                                # shape (N, 4, 4)
-    compression: Array                                # [m], shape (N,)
-    force: Array                                      # [N] resultant, shape (N,)
-    part: NDArray[np.str_]                            # skin class under the brush, shape (N,)
+    time: Array  # [s], shape (N,)
+    T_base_head: Array  # shape (N, 4, 4)
+    compression: Array  # [m], shape (N,)
+    force: Array  # [N] resultant, shape (N,)
+    part: NDArray[np.str_]  # skin class under the brush, shape (N,)
 
 
 class PlannedPath(NamedTuple):
@@ -42,18 +42,18 @@ class PlannedPath(NamedTuple):
 
     path_id: int
     region: str
-    T_base_head: Array                                # shape (M, 4, 4)
-    segment: NDArray[np.int64]                        # index of the segment of each pose, shape (M,)
-    complete: bool                                    # the last segment was sent
+    T_base_head: Array  # shape (M, 4, 4)
+    segment: NDArray[np.int64]  # index of the segment of each pose, shape (M,)
+    complete: bool  # the last segment was sent
 
 
 class TargetSeen(NamedTuple):
     """One contact target."""
 
-    time: float                                       # [s] stamp of its colour picture
+    time: float  # [s] stamp of its colour picture
     region: str
-    pixel: Array                                      # [px] (u, v), shape (2,)
-    position: Array                                   # [m] in the base frame, shape (3,)
+    pixel: Array  # [px] (u, v), shape (2,)
+    position: Array  # [m] in the base frame, shape (3,)
 
 
 class Run(NamedTuple):
@@ -63,6 +63,7 @@ class Run(NamedTuple):
     contacts: Contacts
     paths: list[PlannedPath]
     targets: list[TargetSeen]
+    planned_poses: int  # poses of the longest path that was announced, sent to the arm or not
 
 
 def pose_matrix(pose: Any) -> Array:
@@ -102,9 +103,8 @@ def _paths(entries: Iterable[Entry]) -> list[PlannedPath]:
         ordered = [parts[index] for index in sorted(parts)]
         poses = [pose_matrix(pose) for part in ordered for pose in part.poses]
         index = [part.index for part in ordered for _ in part.poses]
-        paths.append(PlannedPath(
-            path_id, ordered[0].region, np.array(poses).reshape(-1, 4, 4), np.array(index, dtype=int), ordered[-1].last
-        ))  # fmt: skip
+        matrices = np.array(poses).reshape(-1, 4, 4)
+        paths.append(PlannedPath(path_id, ordered[0].region, matrices, np.array(index), ordered[-1].last))
     return paths
 
 
@@ -129,6 +129,7 @@ def read_run(bag: Path) -> Run:
     """
     readers = {
         "arm_state": _arm_states, "sim_contact": _contacts, "scrub_segments": _paths, "contact_targets": _targets,
+        "planned_path": lambda found: max((len(entry.message.poses) for entry in found), default=0),
     }  # fmt: skip
     entries: dict[str, list[Entry]] = {name: [] for name in readers}
     for entry in read_messages(bag, tuple(readers)):

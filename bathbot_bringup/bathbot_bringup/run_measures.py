@@ -49,19 +49,34 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
     contacts, arm = run.contacts, run.arm
     path = max(run.paths, key=lambda entry: len(entry.T_base_head), default=None)
     poses = path.T_base_head if path is not None else np.zeros((0, 4, 4))
-    error = path_error(poses, contacts.time, contacts.T_base_head[:, :3, 3])
+    during = _during(run, path)
+    error = path_error(poses, contacts.time[during], contacts.T_base_head[during, :3, 3])
     targets = [target for target in run.targets if target.region == region]
     busy = arm.state == CONTACT if np.any(arm.state == CONTACT) else np.ones(len(arm.state), dtype=bool)
     return RunMeasures(
         path,
         error,
-        contact_measures(error.time, contacts.time, contacts.compression, contacts.force),
+        contact_measures(_with_unsent(error.time, run), contacts.time, contacts.compression, contacts.force),
         _covered(run, truth, region, poses, error),
         np.array([truth.target_error(target) for target in targets]).reshape(-1, 3),
         np.array([target.time for target in targets]),
         _least(arm.force_threshold[busy]),
         float(np.max(arm.period_deviation_p99[busy])) if busy.any() else np.nan,
     )
+
+
+def _with_unsent(passed: Array, run: Run) -> Array:
+    """Add the poses that were planned and never sent: the head did not pass them."""
+    return np.concatenate([passed, np.full(max(run.planned_poses - len(passed), 0), np.nan)])
+
+
+def _during(run: Run, path: PlannedPath | None) -> NDArray[np.bool_]:
+    """Tell which contact samples fall into the time in which the driver followed the path."""
+    arm, time = run.arm, run.contacts.time
+    following = (arm.state == CONTACT) & (arm.path_id == (path.path_id if path is not None else -1))
+    if not following.any():
+        return np.zeros(len(time), dtype=bool)
+    return (time >= arm.time[following][0]) & (time <= arm.time[following][-1])
 
 
 def _covered(run: Run, truth: Truth, region: str, poses: Array, error: PathError) -> Coverage:

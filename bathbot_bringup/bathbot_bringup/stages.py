@@ -54,7 +54,9 @@ class StageLog:
             yield
             return
         columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(24), TimeElapsedColumn())
-        with Progress(*columns, TextColumn("{task.fields[detail]}"), console=self._console, transient=True) as bar:
+        with Progress(
+            *columns, TextColumn("{task.fields[detail]}"), console=self._console, transient=True
+        ) as bar:
             self._bar, self._task = bar, bar.add_task(about, total=None, detail="")
             try:
                 yield
@@ -64,7 +66,9 @@ class StageLog:
     def show_summary(self, summary: Mapping[str, Any], out: Path) -> None:
         """Print the table of one run and where its files are."""
         print_summary(self._console, summary)
-        self.say(f"results are in {out}: {', '.join(sorted(file.name for file in out.iterdir() if file.is_file()))}")
+        self.say(
+            f"results are in {out}: {', '.join(sorted(file.name for file in out.iterdir() if file.is_file()))}"
+        )
 
     def progress(self, fraction: float, detail: str) -> None:
         """Move the bar of the running stage: share done, 0..1, and a few words."""

@@ -38,7 +38,9 @@ def table_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 def print_summary(console: Console, summary: Mapping[str, Any]) -> None:
     """Print one run."""
     state = "done" if summary["done"] else "NOT DONE"
-    table = Table(title=f"{summary['region']}, seed {summary['seed']}: {state} (simulated)", title_justify="left")
+    table = Table(
+        title=f"{summary['region']}, seed {summary['seed']}: {state} (simulated)", title_justify="left"
+    )
     table.add_column("measure")
     table.add_column("value", justify="right")
     for about, value in table_rows(summary):
@@ -50,7 +52,9 @@ def spread(summaries: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]
     """Sum up numbers over runs: count, mean, standard deviation, least and largest of each key."""
     result = {}
     for key, *_ in ROWS:
-        values = np.array([summary[key] for summary in summaries if summary.get(key) is not None], dtype=float)
+        values = np.array(
+            [summary[key] for summary in summaries if summary.get(key) is not None], dtype=float
+        )
         if len(values):
             result[key] = {
                 "count": len(values), "mean": float(values.mean()), "std": float(values.std()),
@@ -69,8 +73,12 @@ def print_spread(console: Console, summaries: Sequence[Mapping[str, Any]]) -> No
     numbers = spread(summaries)
     for key, about, unit, digits in ROWS:
         if key in numbers:
-            table.add_row(about, *(_shown(numbers[key][name], unit, digits) for name in ("mean", "std", "min", "max")))
+            table.add_row(
+                about, *(_shown(numbers[key][name], unit, digits) for name in ("mean", "std", "min", "max"))
+            )
     console.print(table)
     for summary in summaries:
         if not summary["done"]:
-            console.print(f"seed {summary['seed']}: {summary['failure']}", markup=False, highlight=False, soft_wrap=True)
+            console.print(
+                f"seed {summary['seed']}: {summary['failure']}", markup=False, highlight=False, soft_wrap=True
+            )

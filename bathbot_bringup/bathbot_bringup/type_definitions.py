@@ -33,5 +33,7 @@ def installed_types() -> Typestore:
             store.register(_types_of(package, folder))
         except TypesysError as error:
             reason = str(error).splitlines()[0]
-            raise BagError(f"message definitions in {folder} are broken: {reason}; reinstall {package}") from error
+            raise BagError(
+                f"message definitions in {folder} are broken: {reason}; reinstall {package}"
+            ) from error
     return store

@@ -13,7 +13,9 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument("params_file", default_value=config, description="parameters of the node"),
-            DeclareLaunchArgument("scene", default_value="bathroom", description="bathroom, chessboard or aruco"),
+            DeclareLaunchArgument(
+                "scene", default_value="bathroom", description="bathroom, chessboard or aruco"
+            ),
             DeclareLaunchArgument("seed", default_value="0", description="of the person"),
             DeclareLaunchArgument(
                 "autostart", default_value="true", description="configure and activate by itself"

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
 from bathbot_bringup.sim.body import Body, load_body
 from bathbot_bringup.sim.render import Rendering, render
 from bathbot_bringup.sim.render_bathroom import arm_like, clutter, random_lighting, random_room, stool
@@ -37,7 +36,7 @@ def random_camera(rng: np.random.Generator) -> Pinhole:
 
 
 def random_view(rng: np.random.Generator, body: Body) -> np.ndarray:
-    """Where the camera stands in the body frame: often as on the robot's mast, else anywhere around the person."""
+    """Camera pose in the body frame: often as on the robot's mast, else anywhere around the person."""
     if rng.uniform() < 0.45:
         turn, rise, distance = rng.uniform(-65, 65), rng.uniform(12, 42), rng.uniform(0.7, 1.15)
         target = 0.5 * (body.landmarks["spine02"] + body.landmarks["upperleg01.L"]) * (1, 0, 1) + (0.12, 0, 0)
@@ -46,11 +45,23 @@ def random_view(rng: np.random.Generator, body: Body) -> np.ndarray:
     else:
         turn = rng.uniform(-100, 100) if rng.uniform() < 0.85 else rng.uniform(100, 260)
         rise, distance = rng.uniform(-5, 48), rng.uniform(0.6, 1.6)
-        names = ("head", "spine02", "spine02", "wrist.L", "wrist.R", "lowerleg01.L", "lowerleg01.R", "foot.L", "foot.R")
+        names = (
+            "head",
+            "spine02",
+            "spine02",
+            "wrist.L",
+            "wrist.R",
+            "lowerleg01.L",
+            "lowerleg01.R",
+            "foot.L",
+            "foot.R",
+        )
         target = body.landmarks[names[rng.integers(len(names))]] + rng.normal(0, 0.12, 3)
         roll = rng.normal(0, 12) if rng.uniform() < 0.3 else rng.normal(0, 3)
     turn, rise = np.deg2rad([turn, rise])
-    eye = target + distance * np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    eye = target + distance * np.array(
+        [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)]
+    )
     eye[2] = max(eye[2], body.vertices[:, 2].min() + 0.25)
     return looking_at(eye, target, np.deg2rad(roll))
 
@@ -74,12 +85,18 @@ def picture(rng: np.random.Generator, body: Body) -> Rendering:
     eye = T_world_camera[:3, 3]
     floor = float(body.vertices[:, 2].min()) - float(rng.choice([0.0, 0.0, 0.05, 0.15]))
     around = np.stack([eye, body.vertices.min(axis=0), body.vertices.max(axis=0)])
-    room = random_room(rng, (*(around[:, :2].min(axis=0) - 0.2), floor), (*(around[:, :2].max(axis=0) + 0.2), 2.0))
+    room = random_room(
+        rng, (*(around[:, :2].min(axis=0) - 0.2), floor), (*(around[:, :2].max(axis=0) + 0.2), 2.0)
+    )
     things = [*stool((0.0, 0.0, 0.0), floor, rng), *clutter(rng, room)]
     if rng.uniform() > 0.03:
         things.insert(0, dressed(body, random_look(rng, body.male), rng))
     if rng.uniform() < 0.3:
-        tip = body.landmarks[("spine02", "wrist.L", "wrist.R", "lowerleg01.L")[rng.integers(4)]] + (0.15, 0.0, 0.05)
+        tip = body.landmarks[("spine02", "wrist.L", "wrist.R", "lowerleg01.L")[rng.integers(4)]] + (
+            0.15,
+            0.0,
+            0.05,
+        )
         base = np.array([0.62, rng.uniform(-0.5, 0.5), rng.uniform(-0.1, 0.3)])
         if np.linalg.norm(base - eye) > 0.35 and np.linalg.norm(tip - eye) > 0.35:
             things += arm_like(rng, base, tip, floor)
@@ -102,7 +119,9 @@ def write_picture(number: int, arguments: argparse.Namespace) -> int:
 
 def main() -> None:
     """Write the data set."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--bodies", type=Path, required=True)
     parser.add_argument("--first", type=int, default=0, help="first body of the file to use")
     parser.add_argument("--last", type=int, default=11, help="last body of the file to use")

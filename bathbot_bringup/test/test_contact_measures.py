@@ -11,7 +11,7 @@ TIMES = np.arange(0.0, 10.0, 0.02)
 @given(gap=st.floats(0.0, 1.0))
 def test_the_contact_fraction_is_the_share_of_poses_passed_in_contact(gap):
     passed = np.linspace(1.0, 9.0, 401)
-    compression = np.where(TIMES < 1.0 + 8.0 * gap, -0.002, 0.005)
+    compression = np.where(1.0 + 8.0 * gap > TIMES, -0.002, 0.005)
     measures = contact_measures(passed, TIMES, compression, 400.0 * np.maximum(compression, 0.0))
     assert_allclose(measures.fraction, 1.0 - gap, atol=0.01)
 
@@ -42,7 +42,12 @@ def sheet(size=0.3, cells=60):
     axis = np.linspace(-size / 2, size / 2, cells + 1)
     x, y = np.meshgrid(axis, axis, indexing="ij")
     index = np.arange((cells + 1) ** 2).reshape(cells + 1, cells + 1)
-    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    a, b, c, d = (
+        index[:-1, :-1].ravel(),
+        index[1:, :-1].ravel(),
+        index[1:, 1:].ravel(),
+        index[:-1, 1:].ravel(),
+    )
     faces = np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)]).astype(np.int32)
     return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1), faces
 
@@ -63,7 +68,12 @@ def test_a_brush_around_a_square_leaves_its_middle_uncovered():
     vertices, faces = sheet()
     poses = frame_path()
     result = coverage(
-        poses, faces, np.ones(len(faces), dtype=bool), lambda t: vertices, np.arange(len(poses)) * 0.05, poses[:, :3, 3]
+        poses,
+        faces,
+        np.ones(len(faces), dtype=bool),
+        lambda t: vertices,
+        np.arange(len(poses)) * 0.05,
+        poses[:, :3, 3],
     )
     hole = (0.1 - 2 * 0.025) ** 2 / 0.1**2
     assert_allclose(result.fraction, 1.0 - hole, atol=0.04)

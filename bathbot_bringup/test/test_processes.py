@@ -43,7 +43,9 @@ def wait_for(condition, timeout=10.0):
 def test_a_dead_child_is_named_with_its_last_line(group):
     group.start("calm", python("import time; time.sleep(60)"))
     group.start("hasty", python("print('first'); print('cannot find the model'); raise SystemExit(2)"))
-    with pytest.raises(ProcessError, match="node hasty ended with exit code 2; its last line: cannot find the model"):
+    with pytest.raises(
+        ProcessError, match="node hasty ended with exit code 2; its last line: cannot find the model"
+    ):
         group.wait_until(lambda name: name == "calm", timeout=10.0)
 
 
@@ -62,14 +64,20 @@ def test_a_child_that_is_never_ready_is_named(group):
 
 
 def test_stop_leaves_nothing_behind_even_of_the_stubborn(group):
-    children = [group.start("polite", python("import time; time.sleep(60)")), group.start("stubborn", python(STUBBORN))]
+    children = [
+        group.start("polite", python("import time; time.sleep(60)")),
+        group.start("stubborn", python(STUBBORN)),
+    ]
     wait_for(lambda: children[1].last_line() == "up")
     group.stop([(signal.SIGINT, 0.5), (signal.SIGTERM, 0.3), (signal.SIGKILL, 5.0)])
     assert [child.process.poll() for child in children] == [-signal.SIGINT, -signal.SIGKILL]
 
 
 def test_an_exception_ends_the_children(tmp_path):
-    with pytest.raises(KeyboardInterrupt), ProcessGroup(tmp_path, isolated_environment(99, tmp_path)) as group:
+    with (
+        pytest.raises(KeyboardInterrupt),
+        ProcessGroup(tmp_path, isolated_environment(99, tmp_path)) as group,
+    ):
         child = group.start("node", python("import time; time.sleep(60)"))
         raise KeyboardInterrupt
     assert child.process.poll() is not None

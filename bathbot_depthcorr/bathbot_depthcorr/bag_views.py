@@ -31,7 +31,7 @@ from bathbot_depthcorr.pinhole import Pinhole
 COLOUR, COLOUR_INFO = "color/image_raw", "color/camera_info"
 DEPTH, DEPTH_INFO = "depth/image_rect_raw", "depth/camera_info"
 EXTRINSICS, DIAGNOSTICS = "extrinsics/depth_to_color", "/diagnostics"
-LEAST_FRAMES = 3  # of colour in one still span
+LEAST_FRAMES = 2  # of colour in one still span
 MOST_FRAMES = 10  # of depth: more bury nothing, as the noise of the texture is frozen
 STILL = 8.0  # grey levels: the 99th percentile of what may change while nothing moves
 _REDUCTION = 4
@@ -80,11 +80,13 @@ def read_boards(bag: Path, board: Chessboard, tell: Callable[[str], None] = lamb
             missed += 1
     if not spans:
         raise BagError(
-            f"{bag} shows no {board.columns}x{board.rows} board in {missed} still poses; hold the camera still for a "
-            "second per pose, with all of the board in view, and check --board"
+            f"{bag} shows no {board.columns}x{board.rows} board in {missed} still poses; hold the camera "
+            "still for a second per pose, with all of the board in view, and check --board"
         )
     depths = _average_depth(bag, topics[DEPTH], spans)
-    boards = [BoardView(seen, *depth) for seen, depth in zip(corners, depths, strict=True) if depth is not None]
+    boards = [
+        BoardView(seen, *depth) for seen, depth in zip(corners, depths, strict=True) if depth is not None
+    ]
     tell(f"{len(boards)} poses with board and depth, {missed} still poses without the board")
     return Recording(boards, colour_camera, unit)
 
@@ -112,7 +114,11 @@ def still_spans(bag: Path, topic: str) -> Iterator[StillSpan]:
     for _, image in messages(bag, topic):
         grey = cv2.cvtColor(colour_from_image(image), cv2.COLOR_RGB2GRAY)
         small = cv2.resize(grey, None, fx=1 / _REDUCTION, fy=1 / _REDUCTION, interpolation=cv2.INTER_AREA)
-        if first is not None and first.shape == small.shape and np.percentile(cv2.absdiff(small, first), 99) <= STILL:
+        if (
+            first is not None
+            and first.shape == small.shape
+            and np.percentile(cv2.absdiff(small, first), 99) <= STILL
+        ):
             total += grey
             stamps.append(stamp_seconds(image.header.stamp))
             continue
@@ -135,10 +141,16 @@ def _find_topics(bag: Path) -> dict[str, str]:
         matches = [topic for topic, count in counts.items() if topic.endswith(f"/{name}") and count]
         if not matches:
             aligned = any("aligned_depth" in topic for topic in counts) and name in (DEPTH, DEPTH_INFO)
-            hint = "it holds aligned depth, but the map belongs to raw depth" if aligned else f"it has {_few(counts)}"
+            hint = (
+                "it holds aligned depth, but the map belongs to raw depth"
+                if aligned
+                else f"it has {_few(counts)}"
+            )
             raise BagError(f"{bag} has no messages on .../{name}; {hint}; record the camera's raw topics")
         if len(matches) > 1:
-            raise BagError(f"{bag} has {len(matches)} topics .../{name}: {_few(matches)}; record one camera only")
+            raise BagError(
+                f"{bag} has {len(matches)} topics .../{name}: {_few(matches)}; record one camera only"
+            )
         found[name] = matches[0]
     return found
 
@@ -153,7 +165,9 @@ def _read_cameras(bag: Path, topics: dict[str, str]) -> tuple[Pinhole, CameraUni
     seen: dict[str, Any] = {}
     health = CameraHealth()
     frames = {}
-    names = {topics[name]: name for name in (COLOUR_INFO, DEPTH_INFO, EXTRINSICS)} | {DIAGNOSTICS: DIAGNOSTICS}
+    names = {topics[name]: name for name in (COLOUR_INFO, DEPTH_INFO, EXTRINSICS)} | {
+        DIAGNOSTICS: DIAGNOSTICS
+    }
     for topic, message in messages(bag, *names):
         if topic == DIAGNOSTICS:
             health = camera_health(message, health)
@@ -163,8 +177,8 @@ def _read_cameras(bag: Path, topics: dict[str, str]) -> tuple[Pinhole, CameraUni
             frames.setdefault(names[topic], message.header.frame_id)
     if frames.get(DEPTH_INFO) == frames.get(COLOUR_INFO):
         raise BagError(
-            f"depth and colour of {bag} are both in frame {frames[DEPTH_INFO]!r}: the depth is aligned to colour; "
-            "record depth/image_rect_raw"
+            f"depth and colour of {bag} are both in frame {frames[DEPTH_INFO]!r}: the depth is aligned to "
+            "colour; record depth/image_rect_raw"
         )
     transform = transform_from_extrinsics(seen[EXTRINSICS])
     unit = CameraUnit(pinhole_from_info(seen[DEPTH_INFO]), transform, health.serial, health.temperature)
@@ -204,4 +218,6 @@ def _mean_depth(stack: list[NDArray[np.float32]]) -> tuple[NDArray[np.float32], 
 
 def _unreadable(bag: Path, error: Exception) -> BagError:
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return BagError(f"cannot read bag {bag}: {reason}; is it complete (ros2 bag reindex repairs a cut-off one)?")
+    return BagError(
+        f"cannot read bag {bag}: {reason}; is it complete (ros2 bag reindex repairs a cut-off one)?"
+    )

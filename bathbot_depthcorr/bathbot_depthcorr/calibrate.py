@@ -14,10 +14,17 @@ from bathbot_depthcorr.correction import MODELS
 from bathbot_depthcorr.correction_model import CalibrationFileError, CameraUnit, Correction, Identity
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
 from bathbot_depthcorr.errors import SettingsError
-from bathbot_depthcorr.guards import check_colour, check_extrinsics, check_views, check_wall, extrinsics_change
+from bathbot_depthcorr.guards import (
+    check_colour,
+    check_extrinsics,
+    check_views,
+    check_wall,
+    extrinsics_change,
+)
 from bathbot_depthcorr.quality import plane_rmse, z_accuracy
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.views import CalibrationView, block_means, block_size, nearest_first, true_depth
+from bathbot_depthcorr.wall_extraction import only_wall
 
 DEFAULT_MODEL = "disparity_spline"
 HELD_OUT_EVERY = 4
@@ -78,7 +85,8 @@ class CalibrationReport(NamedTuple):
     def lines(self) -> list[str]:
         """The report in words, one line each."""
         table = [
-            f"  {view.distance:5.2f} m   {view.absolute_before * 1e3:7.2f} -> {view.absolute_after * 1e3:5.2f} mm"
+            f"  {view.distance:5.2f} m"
+            f"   {view.absolute_before * 1e3:7.2f} -> {view.absolute_after * 1e3:5.2f} mm"
             f"   signed {view.signed_before * 1e3:+7.2f} -> {view.signed_after * 1e3:+5.2f} mm"
             f"   plane RMSE {view.rmse_before * 1e3:5.2f} -> {view.rmse_after * 1e3:5.2f} mm"
             for view in self.held_out
@@ -87,7 +95,7 @@ class CalibrationReport(NamedTuple):
             f"model {self.model}, {self.views} views, {len(self.held_out)} of them held out for this table",
             "mean absolute error before -> after:", *table,
             f"mean {self.before * 1e3:.2f} -> {self.after * 1e3:.2f} mm",
-            f"depth -> colour: {np.rad2deg(self.turn):.3f} deg and {self.move * 1e3:.2f} mm from the factory's",
+            f"depth -> colour: {np.rad2deg(self.turn):.3f} deg, {self.move * 1e3:.2f} mm from the factory's",
             f"colour focal length from the board: {self.focal_change:+.3%} against the factory's",
             *(f"warning: {warning}" for warning in self.warnings),
         ]  # fmt: skip
@@ -117,8 +125,10 @@ def calibrate(
     if model not in _FITS:
         raise SettingsError(f"unknown depth model {model!r}; known are {', '.join(MODELS)}")
     ordered = nearest_first(views)
-    warnings = check_views(ordered) + check_wall(ordered, unit)
+    warnings = check_views(ordered)
     warnings += check_colour(reference) if reference else []
+    warnings += check_wall(ordered, unit)
+    ordered = [only_wall(view, unit) for view in ordered]
     held = ordered[HELD_OUT_EVERY // 2 :: HELD_OUT_EVERY]
     rest = [view for view in ordered if all(view is not other for other in held)]
     trial = _FITS[model](rest, unit)
@@ -135,7 +145,9 @@ def calibrate(
 
 def judge(view: CalibrationView, after: Correction, before: Correction) -> HeldOutView:
     """Errors of a view under two corrections, each with its own transform."""
-    signed, absolute, rmse, residual = zip(*(_errors(view, correction) for correction in (before, after)), strict=True)
+    signed, absolute, rmse, residual = zip(
+        *(_errors(view, correction) for correction in (before, after)), strict=True
+    )
     return HeldOutView(view.distance, *signed, *absolute, *rmse, *residual)
 
 
@@ -176,7 +188,9 @@ def calibrate_bag(
         raise SettingsError(f"unknown depth model {model!r}; known are {', '.join(MODELS)}")
     out = Path(out)
     if not out.parent.is_dir():
-        raise CalibrationFileError(f"folder {out.parent} does not exist; create it or choose another for {out.name}")
+        raise CalibrationFileError(
+            f"folder {out.parent} does not exist; create it or choose another for {out.name}"
+        )
     if out.suffix != ".npz":
         raise SettingsError(f"the calibration file must end in .npz, got {out.name}")
     chessboard = Chessboard(*board, square)

@@ -14,7 +14,9 @@ def save_plots(report: CalibrationReport, path: Path | str) -> None:
     """Draw the held-out errors of a calibration to an image file."""
     figure = Figure(figsize=(11.0, 7.5), layout="constrained")
     FigureCanvasAgg(figure)
-    figure.suptitle(f"Depth correction {report.model}: {report.views} views, errors on {len(report.held_out)} held out")
+    figure.suptitle(
+        f"Depth correction {report.model}: {report.views} views, errors on {len(report.held_out)} held out"
+    )
     grid = figure.add_gridspec(2, 2)
     _draw_distance(figure.add_subplot(grid[0, :]), report)
     middle = report.held_out[len(report.held_out) // 2]

@@ -32,7 +32,8 @@ class Chessboard:
         """Refuse boards that cannot be found or measured."""
         if min(self.columns, self.rows) < 3:
             raise SettingsError(
-                f"board must have at least 3x3 inner corners, got {self.columns}x{self.rows}; count where four squares meet"
+                f"board must have at least 3x3 inner corners, got {self.columns}x{self.rows}; "
+                "count where four squares meet"
             )
         if not 0.005 <= self.square <= 0.5:
             raise SettingsError(f"square must be 0.005 to 0.5 m, got {self.square}; give its edge in metres")
@@ -61,7 +62,8 @@ def find_corners(grey: NDArray, board: Chessboard) -> Array:
     found, corners = cv2.findChessboardCornersSB(grey, (board.columns, board.rows), flags=_SEARCH)
     if not found:
         raise BoardNotFoundError(
-            f"no chessboard of {board.columns}x{board.rows} inner corners in the image; is all of it visible and lit?"
+            f"no chessboard of {board.columns}x{board.rows} inner corners in the image; "
+            "is all of it visible and lit?"
         )
     grid = corners.reshape(board.rows, board.columns, 2)
     pitch = min(np.linalg.norm(np.diff(grid, axis=axis), axis=-1).min() for axis in (0, 1))
@@ -71,7 +73,7 @@ def find_corners(grey: NDArray, board: Chessboard) -> Array:
 
 
 def board_pose(corners: Array, board: Chessboard, camera: Pinhole) -> tuple[Array, Array]:
-    """Rotation vector [rad] and translation [m], shape (6,) together, of the board; and the RMS residual [px].
+    """Rotation vector [rad] and translation [m] of the board, shape (6,); and the RMS residual [px].
 
     Raises:
         BoardNotFoundError: If no pose explains the corners.
@@ -79,7 +81,9 @@ def board_pose(corners: Array, board: Chessboard, camera: Pinhole) -> tuple[Arra
     arguments = (board.corners, corners, camera.matrix, camera.coefficients)
     found, rotation, translation = cv2.solvePnP(*arguments, flags=cv2.SOLVEPNP_IPPE)
     if not found or not np.isfinite(translation).all() or translation[2] <= 0.0:
-        raise BoardNotFoundError("no pose of the board explains its corners; are columns and rows as printed?")
+        raise BoardNotFoundError(
+            "no pose of the board explains its corners; are columns and rows as printed?"
+        )
     rotation, translation = cv2.solvePnPRefineLM(*arguments, rotation, translation)
     pose = np.concatenate([rotation.ravel(), translation.ravel()])
     left = project(pose, board, camera)[0] - corners
@@ -112,5 +116,7 @@ def board_plane(pose: Array, board: Chessboard, camera: Pinhole, noise: float) -
     jacobian = project(pose, board, camera)[1][:, :6]
     covariance = np.linalg.inv(jacobian.T @ jacobian) * max(noise, LEAST_CORNER_NOISE) ** 2
     steps = np.eye(6) * 1e-6
-    by_pose = np.stack([(inverse_form(pose + step) - inverse_form(pose - step)) / 2e-6 for step in steps], axis=1)
+    by_pose = np.stack(
+        [(inverse_form(pose + step) - inverse_form(pose - step)) / 2e-6 for step in steps], axis=1
+    )
     return plane_from_inverse_form(inverse_form(pose)), by_pose @ covariance @ by_pose.T

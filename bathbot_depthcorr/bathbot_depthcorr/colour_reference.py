@@ -101,7 +101,9 @@ def _refine(
 ) -> tuple[Pinhole, float, Array, float]:
     """Gauss-Newton over intrinsics and poses; gives camera, sigma of fx [px], poses and RMS residual [px]."""
     start = np.array([factory.fx, factory.fy, factory.cx, factory.cy])
-    sigma = weak * np.array([FACTORY_FOCAL * factory.fx, FACTORY_FOCAL * factory.fy, FACTORY_CENTRE, FACTORY_CENTRE])
+    sigma = weak * np.array(
+        [FACTORY_FOCAL * factory.fx, FACTORY_FOCAL * factory.fy, FACTORY_CENTRE, FACTORY_CENTRE]
+    )
     prior = np.diag((noise / sigma) ** 2)
     camera, poses = factory, [board_pose(seen, board, factory)[0] for seen in corners]
     for _ in range(12):
@@ -118,7 +120,10 @@ def _refine(
             solutions.append(solved)
             squares += float(residual @ residual)
         step = -np.linalg.solve(hessian, gradient)
-        poses = [pose - solved[:, -1] - solved[:, :-1] @ step for pose, solved in zip(poses, solutions, strict=True)]
+        poses = [
+            pose - solved[:, -1] - solved[:, :-1] @ step
+            for pose, solved in zip(poses, solutions, strict=True)
+        ]
         fx, fy, cx, cy = intrinsics + step
         camera = replace(camera, fx=float(fx), fy=float(fy), cx=float(cx), cy=float(cy))
         if np.abs(step).max() < 1e-4:

@@ -21,7 +21,15 @@ from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import rotation_angle
 from bathbot_depthcorr.two_stage import TwoStage
 
-__all__ = ["MODELS", "CalibrationFileError", "CameraUnit", "Correction", "Identity", "OtherCameraError", "load"]
+__all__ = [
+    "MODELS",
+    "CalibrationFileError",
+    "CameraUnit",
+    "Correction",
+    "Identity",
+    "OtherCameraError",
+    "load",
+]
 
 MODELS: dict[str, type[Correction]] = {kind.model: kind for kind in (DisparitySpline, TwoStage, Identity)}
 
@@ -41,8 +49,18 @@ def load(path: Path | str) -> Correction:
             f"no depth calibration at {path}; make one with: bathbot calibrate depth BAG --out {path}"
         ) from error
     except OSError as error:
-        raise CalibrationFileError(f"cannot read {path}: {error.strerror or error}; is it a file of yours?") from error
-    except (ValueError, EOFError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
+        raise CalibrationFileError(
+            f"cannot read {path}: {error.strerror or error}; is it a file of yours?"
+        ) from error
+    except (
+        ValueError,
+        EOFError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise CalibrationFileError(
             f"{path} ({path.stat().st_size} bytes) is no depth calibration or is cut off; calibrate again"
         ) from error
@@ -55,7 +73,9 @@ def _build(path: Path, contents: dict[str, NDArray]) -> Correction:
         raise CalibrationFileError(f"{path} has format {found!r}, expected {FILE_FORMAT!r}; calibrate again")
     name = str(contents.get("model", "none"))
     if name not in MODELS:
-        raise CalibrationFileError(f"{path} has model {name!r}, known are {', '.join(MODELS)}; update bathbot")
+        raise CalibrationFileError(
+            f"{path} has model {name!r}, known are {', '.join(MODELS)}; update bathbot"
+        )
     try:
         transform = np.array(contents["T_colour_depth"], dtype=float)
         if transform.shape != (4, 4) or not np.isfinite(rotation_angle(transform[:3, :3])):
@@ -63,7 +83,11 @@ def _build(path: Path, contents: dict[str, NDArray]) -> Correction:
         width, height = (int(value) for value in contents["size"])
         camera = Pinhole(width, height, *(float(value) for value in contents["intrinsics"]))
         unit = CameraUnit(
-            camera, transform, str(contents["serial"]), float(contents["temperature"]), float(contents["baseline"])
+            camera,
+            transform,
+            str(contents["serial"]),
+            float(contents["temperature"]),
+            float(contents["baseline"]),
         )
         return MODELS[name].from_arrays(unit, contents)
     except (KeyError, ValueError, TypeError, IndexError, BathbotError) as error:

@@ -68,18 +68,21 @@ class CameraUnit:
         mine, theirs = self.depth_camera, depth_camera
         if (mine.width, mine.height) != (theirs.width, theirs.height):
             raise OtherCameraError(
-                f"calibration is for {mine.width}x{mine.height}, camera sends {theirs.width}x{theirs.height}; "
+                f"calibration is for {mine.width}x{mine.height}, camera sends "
+                f"{theirs.width}x{theirs.height}; "
                 "set the camera's depth profile to the calibrated size or calibrate again"
             )
         for name in ("fx", "fy", "cx", "cy"):
             if abs(getattr(mine, name) - getattr(theirs, name)) > 0.1:
                 raise OtherCameraError(
-                    f"calibration has {name} {getattr(mine, name):.2f} px, camera has {getattr(theirs, name):.2f} px; "
+                    f"calibration has {name} {getattr(mine, name):.2f} px, camera has "
+                    f"{getattr(theirs, name):.2f} px; "
                     "this is another camera or it was re-calibrated: calibrate again"
                 )
         if serial and self.serial and serial != self.serial:
             raise OtherCameraError(
-                f"calibration is for camera {self.serial}, connected is {serial}; use that camera's calibration file"
+                f"calibration is for camera {self.serial}, connected is {serial}; "
+                "use that camera's calibration file"
             )
 
 
@@ -93,7 +96,7 @@ class Correction(ABC):
         self.unit = unit
 
     @property
-    def T_colour_depth(self) -> NDArray[np.float64]:  # noqa: N802
+    def T_colour_depth(self) -> NDArray[np.float64]:
         """Maps points of the depth frame to the colour frame, shape (4, 4); fitted with the map."""
         return self.unit.T_colour_depth
 
@@ -189,7 +192,9 @@ class Identity(Correction):
     def sigma(self, depth: Depth) -> Depth:
         """Noise of one frame and the 2 % that the data sheet allows, added in squares [m]."""
         depth = self.check_shape(depth)
-        return np.hypot(np.square(depth) * np.float32(FACTORY_NOISE / self.unit.focal_baseline), np.float32(0.02) * depth)
+        return np.hypot(
+            np.square(depth) * np.float32(FACTORY_NOISE / self.unit.focal_baseline), np.float32(0.02) * depth
+        )
 
     def arrays(self) -> dict[str, NDArray]:
         """Nothing: the identity has no parameters."""

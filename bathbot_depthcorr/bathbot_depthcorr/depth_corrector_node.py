@@ -42,9 +42,13 @@ class DepthCorrector(StageNode):
             self._stored.apply(np.full((camera.height, camera.width), np.nan, np.float32))
         self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", 5)
         self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", 5)
-        self._transform = self.create_lifecycle_publisher(Extrinsics, "depth/corrected/depth_to_color", LATCHED)
+        self._transform = self.create_lifecycle_publisher(
+            Extrinsics, "depth/corrected/depth_to_color", LATCHED
+        )
         self._depth_mm = (
-            self.create_lifecycle_publisher(Image, "depth/corrected/image_mm", 5) if settings.publish_mm else None
+            self.create_lifecycle_publisher(Image, "depth/corrected/image_mm", 5)
+            if settings.publish_mm
+            else None
         )
 
     def start(self) -> None:

@@ -7,6 +7,7 @@ smooth maps, and a scale within 5 %; where the views say nothing, the maps stay 
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +87,12 @@ def _wall_data(view: CalibrationView, unit: CameraUnit) -> WallData:
     ripple = np.stack([take(waves[..., k]) for k in range(waves.shape[-1])], axis=-1)
     known = view.covariance + np.eye(3) * 1e-12
     return WallData(
-        used, camera.directions(pixels), means.ravel()[used], ripple, view.plane.inverse_form, np.linalg.inv(known)
+        used,
+        camera.directions(pixels),
+        means.ravel()[used],
+        ripple,
+        view.plane.inverse_form,
+        np.linalg.inv(known),
     )
 
 
@@ -99,7 +105,7 @@ class _Fit:
         self.shape = (len(v), len(u))
         self.offset_basis, self.scale_basis = offset_grid.tensor(u, v), scale_grid.tensor(u, v)
         edges = np.cumsum([0, offset_grid.count, scale_grid.count, 4, 6])
-        self.parts = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+        self.parts = [slice(a, b) for a, b in pairwise(edges)]
         self.prior = self._prior(edges[-1])
 
     def _prior(self, count: int) -> Array:
@@ -138,7 +144,9 @@ class _Fit:
         bend = self.offset_basis[wall.blocks] @ model.offset + wall.ripple @ model.ripple
         return wall.disparity * (1.0 + scale) + bend - truth
 
-    def _spread(self, walls: list[WallData], planes: list[Array], state: Array, gate: float) -> tuple[float, float]:
+    def _spread(
+        self, walls: list[WallData], planes: list[Array], state: Array, gate: float
+    ) -> tuple[float, float]:
         """Robust sigma of the residuals [px] and the gate within which the next one is measured."""
         model = self.model(state)
         residuals = np.concatenate([self._residual(w, m, model) for w, m in zip(walls, planes, strict=True)])
@@ -196,17 +204,23 @@ class _Fit:
             diagonal(self.scale_basis, scale, scale, self.scale_basis),
         ]).reshape(3, *self.shape)  # fmt: skip
         unit = CameraUnit(
-            self.unit.depth_camera, model.transform, self.unit.serial, self.unit.temperature, self.unit.baseline
+            self.unit.depth_camera,
+            model.transform,
+            self.unit.serial,
+            self.unit.temperature,
+            self.unit.baseline,
         )
         fitted = DisparitySpline(
-            unit, model.scale.reshape(self.scale_grid.rows, -1), model.offset.reshape(self.offset_grid.rows, -1),
-            model.ripple, 0.0, variances,
+            unit, model.scale.reshape(self.scale_grid.rows, -1),
+            model.offset.reshape(self.offset_grid.rows, -1), model.ripple, 0.0, variances,
         )  # fmt: skip
         fitted.noise = wall_noise(fitted, views)
         return fitted
 
 
-def _predict(directions: Array, plane: Array, transform: Array, focal_baseline: float) -> tuple[Array, Array, float]:
+def _predict(
+    directions: Array, plane: Array, transform: Array, focal_baseline: float
+) -> tuple[Array, Array, float]:
     """True disparity (N,) [px], rays turned into the colour frame (N, 3), and 1 - m . t."""
     rotated = directions @ transform[:3, :3].T
     below = 1.0 - float(plane @ transform[:3, 3])

@@ -5,7 +5,7 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True)
-def correct_disparity(depth, scale, offset, ripple, per_metre, out):  # noqa: ANN001, ANN201
+def correct_disparity(depth, scale, offset, ripple, per_metre, out):
     """Write z / (scale + (offset + ripple(z)) z) to `out`; NaN where there is no depth.
 
     Args:
@@ -33,7 +33,7 @@ def correct_disparity(depth, scale, offset, ripple, per_metre, out):  # noqa: AN
 
 
 @njit(cache=True, nogil=True)
-def correct_polynomial(depth, local, overall, near, far, out):  # noqa: ANN001, ANN201
+def correct_polynomial(depth, local, overall, near, far, out):
     """Write f_g(f_i(z)) to `out`; outside [near, far] the polynomials continue with slope one.
 
     Args:

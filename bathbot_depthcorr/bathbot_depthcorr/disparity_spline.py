@@ -79,7 +79,9 @@ class DisparitySpline(Correction):
         """Noise and doubt of the maps at corrected depth Z [m]: Z^2/fB sqrt(noise^2 + b' C b)."""
         depth = self.check_shape(depth)
         size = (self.depth_camera.width, self.depth_camera.height)
-        offset, mixed, scale = (cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR) for plane in self.variances)
+        offset, mixed, scale = (
+            cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR) for plane in self.variances
+        )
         disparity = np.float32(self.unit.focal_baseline) / depth
         variance = np.float32(self.noise**2) + offset + disparity * (2.0 * mixed + disparity * scale)
         return np.square(depth) / np.float32(self.unit.focal_baseline) * np.sqrt(np.maximum(variance, 0.0))

@@ -52,7 +52,8 @@ def check_views(views: Sequence[CalibrationView]) -> list[str]:
     if distinct < LEAST_DISTINCT:
         raise CalibrationRefusedError(
             f"only {distinct} of {len(views)} views differ by more than {SAME_DISTANCE * 100:.0f} cm or "
-            f"{np.rad2deg(SAME_ANGLE):.0f} deg, at least {LEAST_DISTINCT} are needed; move the camera between views"
+            f"{np.rad2deg(SAME_ANGLE):.0f} deg, at least {LEAST_DISTINCT} are needed; "
+            "move the camera between views"
         )
     tilted = float(np.mean([view.tilt >= LEAST_TILT for view in views]))
     if tilted < LEAST_TILTED:
@@ -64,14 +65,16 @@ def check_views(views: Sequence[CalibrationView]) -> list[str]:
     span = max(distances) / min(distances)
     if span < LEAST_SPAN:
         raise CalibrationRefusedError(
-            f"distances span {min(distances):.2f} to {max(distances):.2f} m, the farthest must be {LEAST_SPAN} times "
-            "the nearest; record from 0.5 to 1.5 m"
+            f"distances span {min(distances):.2f} to {max(distances):.2f} m, the farthest must be "
+            f"{LEAST_SPAN} times the nearest; record from 0.5 to 1.5 m"
         )
     warnings = []
     if len(views) < GOOD_VIEWS:
         warnings.append(f"{len(views)} views; {GOOD_VIEWS} or more halve the error")
     if min(distances) > 0.65 or max(distances) < 0.9:
-        warnings.append(f"views from {min(distances):.2f} to {max(distances):.2f} m do not enclose 0.65 to 0.9 m")
+        warnings.append(
+            f"views from {min(distances):.2f} to {max(distances):.2f} m do not enclose 0.65 to 0.9 m"
+        )
     return warnings
 
 
@@ -83,14 +86,14 @@ def check_colour(reference: ColourReference) -> list[str]:
     """
     if reference.corner_noise > MOST_CORNER_NOISE:
         raise CalibrationRefusedError(
-            f"corners miss the fitted board by {reference.corner_noise:.2f} px RMS, at most {MOST_CORNER_NOISE} is "
-            "allowed; is the board flat, and did the camera stand still?"
+            f"corners miss the fitted board by {reference.corner_noise:.2f} px RMS, at most "
+            f"{MOST_CORNER_NOISE} is allowed; is the board flat, and did the camera stand still?"
         )
     excess = abs(reference.focal_change) - 2.0 * reference.focal_sigma
     if excess > MOST_FOCAL:
         raise CalibrationRefusedError(
-            f"focal length from the board differs by {reference.focal_change:+.2%} from the factory's, at most "
-            f"{MOST_FOCAL:.1%} is allowed; tilt the camera more, and check camera_info"
+            f"focal length from the board differs by {reference.focal_change:+.2%} from the factory's, "
+            f"at most {MOST_FOCAL:.1%} is allowed; tilt the camera more, and check camera_info"
         )
     if reference.focal_sigma > MOST_FOCAL:
         return [f"the views fix the focal length to {reference.focal_sigma:.2%} only; the factory's was kept"]
@@ -113,10 +116,12 @@ def check_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
     if angle > MOST_ANGLE:
         raise CalibrationRefusedError(
             f"the wall in depth is turned by {np.rad2deg(angle):.1f} deg against the board, at most "
-            f"{np.rad2deg(MOST_ANGLE):.0f} are allowed; is the image mirrored, or the board not flat on the wall?"
+            f"{np.rad2deg(MOST_ANGLE):.0f} are allowed; is the image mirrored, or the board not on the wall?"
         )
     if abs(scale - 1.0) > ODD_SCALE:
-        return [f"raw depth is {scale:.3f} times the board's distance: more than a D455 errs; measure the squares"]
+        return [
+            f"raw depth is {scale:.3f} times the board's distance: more than a D455 errs; measure the squares"
+        ]
     return []
 
 
@@ -127,9 +132,13 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
         CalibrationRefusedError: If they differ by more than 1.5 deg or 15 mm.
     """
     turn, move = extrinsics_change(fitted, factory)
-    told = f"depth -> colour transform moved by {np.rad2deg(turn):.2f} deg and {move * 1e3:.1f} mm from the factory's"
+    told = (
+        f"depth -> colour is {np.rad2deg(turn):.2f} deg and {move * 1e3:.1f} mm off the factory's transform"
+    )
     if turn > MOST_TURN or move > MOST_MOVE:
-        raise CalibrationRefusedError(f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?")
+        raise CalibrationRefusedError(
+            f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?"
+        )
     return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
 
 
@@ -161,7 +170,9 @@ def _compare(view: CalibrationView, unit: CameraUnit) -> tuple[float, float]:
     try:
         found = fit_plane(rays * view.depth[every][..., None], robust=True)
     except DegeneratePlaneError as error:
-        raise CalibrationRefusedError(f"a view at {view.distance:.2f} m shows no wall in depth: {error}") from error
+        raise CalibrationRefusedError(
+            f"a view at {view.distance:.2f} m shows no wall in depth: {error}"
+        ) from error
     angle = float(np.arccos(np.clip(found.normal @ expected.normal, -1.0, 1.0)))
     axis = np.array([0.0, 0.0, 1.0])
     return float(found.depth_along(axis) / expected.depth_along(axis)), angle

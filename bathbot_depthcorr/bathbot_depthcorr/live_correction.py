@@ -96,16 +96,19 @@ class LiveCorrection:
             return Verdict(Level.WARN if self._camera is None else Level.ERROR, self._refusal)
         if self.fill < LEAST_FILL:
             return Verdict(
-                Level.ERROR, f"no depth: {self.fill:.1%} of the pixels have any; is the lens covered or fogged?"
+                Level.ERROR,
+                f"no depth: {self.fill:.1%} of the pixels have any; is the lens covered or fogged?",
             )
         if self._stored is None:
             return Verdict(
-                Level.WARN, "depth passes uncorrected (no calibration); make one with: bathbot calibrate depth"
+                Level.WARN,
+                "depth passes uncorrected (no calibration); make one with: bathbot calibrate depth",
             )
         drift = self._health.temperature - self._active.temperature
         if abs(drift) > self._settings.max_temperature_change:
             return Verdict(
-                Level.WARN, f"camera is {drift:+.1f} deg C from its calibration; let it warm up or calibrate again"
+                Level.WARN,
+                f"camera is {drift:+.1f} deg C from its calibration; let it warm up or calibrate again",
             )
         return Verdict(Level.OK, "correcting")
 

@@ -19,7 +19,9 @@ class NoDepthError(DepthcorrError):
     """An image without one usable depth."""
 
     def __init__(self) -> None:
-        super().__init__("no pixel has both depth and truth (fill rate 0); is the wall within the camera's range?")
+        super().__init__(
+            "no pixel has both depth and truth (fill rate 0); is the wall within the camera's range?"
+        )
 
 
 class ZAccuracy(NamedTuple):

@@ -24,6 +24,10 @@ class Settings:
     def __post_init__(self) -> None:
         """Refuse values no camera can meet."""
         if not self.max_depth > 0.1:
-            raise SettingsError(f"max_depth must be above 0.1 m, got {self.max_depth}; a D455 sees 0.4 to 6 m")
+            raise SettingsError(
+                f"max_depth must be above 0.1 m, got {self.max_depth}; a D455 sees 0.4 to 6 m"
+            )
         if not self.max_temperature_change > 0.0:
-            raise SettingsError(f"max_temperature_change must be positive, got {self.max_temperature_change} deg C")
+            raise SettingsError(
+                f"max_temperature_change must be positive, got {self.max_temperature_change} deg C"
+            )

@@ -78,6 +78,10 @@ class TwoStage(Correction):
     def from_arrays(cls, unit: CameraUnit, arrays: dict[str, NDArray]) -> "TwoStage":
         """Build the correction from what `arrays` gave."""
         local, overall, span, noise = (arrays[name] for name in ("local", "overall", "span", "noise"))
-        if local.ndim != 3 or overall.shape != (3,) or not all(map(np.all, map(np.isfinite, (local, overall, span)))):
+        if (
+            local.ndim != 3
+            or overall.shape != (3,)
+            or not all(map(np.all, map(np.isfinite, (local, overall, span))))
+        ):
             raise ValueError(f"coefficients of shape {local.shape} and {overall.shape}")
         return cls(unit, local, overall, (float(span[0]), float(span[1])), float(noise))

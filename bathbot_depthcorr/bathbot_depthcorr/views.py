@@ -1,4 +1,4 @@
-"""What a calibration learns from: a flat wall seen by the depth camera, its true plane by the colour camera."""
+"""What a calibration learns from: a flat wall in depth, and its true plane from the colour camera."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -108,8 +108,12 @@ def wall_noise(correction: Correction, views: Sequence[CalibrationView]) -> floa
     """
     unit, variances = correction.unit, []
     for view in views:
-        left = unit.focal_baseline / correction.apply(view.depth) - unit.focal_baseline / true_depth(view, unit)
+        left = unit.focal_baseline / correction.apply(view.depth) - unit.focal_baseline / true_depth(
+            view, unit
+        )
         left = left[::3, ::3][np.isfinite(left[::3, ::3])]
         frozen = 1.4826 * np.median(np.abs(left - np.median(left)))
-        variances.append(frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2)
+        variances.append(
+            frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2
+        )
     return float(np.sqrt(np.median(variances)))

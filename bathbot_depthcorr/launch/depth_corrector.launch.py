@@ -1,4 +1,4 @@
-"""Starts the depth corrector alone: `ros2 launch bathbot_depthcorr depth_corrector.launch.py calibration:=FILE`."""
+"""Starts the depth corrector alone; `calibration:=FILE` names the camera's calibration."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument

@@ -63,7 +63,9 @@ class Sensor:
         v, u = np.mgrid[: self.height, : self.width]
         x, y = (u - self.width / 2) / (self.width / 2), (v - self.height / 2) / (self.width / 2)
         px = self.width / 1280 * self.field_size
-        smooth = gaussian_filter(rng.normal(size=(self.height, self.width)), 60 * self.width / 1280, mode="reflect")
+        smooth = gaussian_filter(
+            rng.normal(size=(self.height, self.width)), 60 * self.width / 1280, mode="reflect"
+        )
         smooth *= 0.06 / smooth.std()
         tilt = rng.normal(0.0, 0.1, 2)
         return px * (tilt[0] * x + tilt[1] * y + rng.uniform(0.15, 0.25) * x * (x * x + y * y) + smooth)
@@ -104,7 +106,9 @@ class Sensor:
         reported = Plane(plane_colour.normal, plane_colour.offset + rng.normal(0.0, 1.0) * plane_error)
         m = reported.inverse_form
         covariance = np.outer(m, m) * (plane_error / abs(reported.offset)) ** 2
-        return CalibrationView((1.0 / stack.mean(axis=0)).astype(np.float32), reported, covariance, frames, spread)
+        return CalibrationView(
+            (1.0 / stack.mean(axis=0)).astype(np.float32), reported, covariance, frames, spread
+        )
 
 
 def unit_vector(rng):

@@ -6,13 +6,11 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from bathbot_depthcorr import stage_node  # noqa: E402, F401 - sets the environment before the first participant
-
-import rclpy  # noqa: E402
-from bathbot_depthcorr.correction_model import CameraUnit  # noqa: E402
-from bathbot_depthcorr.depth_corrector_node import DepthCorrector  # noqa: E402
-from bathbot_depthcorr.disparity_spline import DisparitySpline  # noqa: E402
-from bathbot_depthcorr.messages import (  # noqa: E402
+import rclpy
+from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.depth_corrector_node import DepthCorrector
+from bathbot_depthcorr.disparity_spline import DisparitySpline
+from bathbot_depthcorr.messages import (
     depth_from_image,
     extrinsics_from_transform,
     image_mm_from_depth,
@@ -21,14 +19,16 @@ from bathbot_depthcorr.messages import (  # noqa: E402
     stamp_from_seconds,
     transform_from_extrinsics,
 )
-from bathbot_depthcorr.pinhole import Pinhole  # noqa: E402
-from bathbot_depthcorr.rigid import transform_from  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
-from realsense2_camera_msgs.msg import Extrinsics  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import transform_from
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from realsense2_camera_msgs.msg import Extrinsics
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from bathbot_depthcorr import stage_node
 
 CAMERA = Pinhole(320, 180, 160.0, 160.0, 160.0, 90.0)
 TRANSFORM = transform_from(translation=(-0.059, 0.001, 0.0))
@@ -164,7 +164,9 @@ def test_corrected_depth_transform_and_info_arrive(bench, calibration):
 def test_another_lens_is_refused_and_nothing_is_published(bench, calibration):
     node = bench(calibration=calibration[1])
     other = Pinhole(320, 180, 163.0, 163.0, 160.0, 90.0)
-    assert node.until(lambda: node.says(stage_node.ERROR, "fx 160.00 px, camera has 163.00 px"), flat(), other)
+    assert node.until(
+        lambda: node.says(stage_node.ERROR, "fx 160.00 px, camera has 163.00 px"), flat(), other
+    )
     assert not node.images
     assert not node.transforms
 

@@ -10,15 +10,17 @@ import cv2
 import numpy as np
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import inverse, transform_points
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_localize.arm_shape import RM65_CAPSULES, ArmCapsule
+from bathbot_localize.registration import view_radius
 
 Array = NDArray[np.float64]
-_SIDES = 16        # corners of a sphere's outline
-_PIECE = 0.10      # [m] longest piece drawn as one hull: a lens bends long straight edges
-_NEAREST = 0.02    # [m] nothing closer to the lens is drawn
-_FIXED_POINT = 4   # bits of a pixel's fraction in OpenCV's drawing
+_SIDES = 16  # corners of a sphere's outline
+_PIECE = 0.10  # [m] longest piece drawn as one hull: a lens bends long straight edges
+_NEAREST = 0.02  # [m] nothing closer to the lens is drawn
+_FIXED_POINT = 4  # bits of a pixel's fraction in OpenCV's drawing
 
 
 def arm_silhouette(
@@ -36,65 +38,104 @@ def arm_silhouette(
     """
     picture = np.zeros((camera.height, camera.width), np.uint8)
     T_camera_base = inverse(T_base_camera)
+    pieces, radii = [], []
     for capsule in capsules:
-        if capsule.link not in T_base_link:
-            continue
-        ends = transform_points(T_camera_base @ T_base_link[capsule.link], [capsule.start, capsule.end])
-        for centres in _pieces(ends, capsule.radius + margin):
-            outline = np.concatenate([sphere_outline(centre, capsule.radius + margin) for centre in centres])
-            pixels = camera.project(outline)
-            pixels = np.clip(pixels[np.isfinite(pixels).all(axis=1)], -1e4, 1e4)
-            if len(pixels) >= 3:
-                hull = cv2.convexHull(np.round(pixels * 2**_FIXED_POINT).astype(np.int32))
-                cv2.fillConvexPoly(picture, hull, 1, cv2.LINE_8, _FIXED_POINT)
+        if capsule.link in T_base_link:
+            ends = transform_points(T_camera_base @ T_base_link[capsule.link], [capsule.start, capsule.end])
+            pieces += (found := _pieces(ends, capsule.radius + margin))
+            radii += [capsule.radius + margin] * len(found)
+    if not pieces:
+        return picture.astype(bool)
+    outlines = sphere_outlines(np.stack(pieces), np.array(radii)[:, None])
+    pixels = np.clip(project_widely(camera, outlines), -1e4, 1e4).reshape(len(pieces), -1, 2)
+    for corners in np.round(pixels * 2**_FIXED_POINT).astype(np.int32):
+        cv2.fillConvexPoly(picture, cv2.convexHull(corners), 1, cv2.LINE_8, _FIXED_POINT)
     return picture.astype(bool)
 
 
-def sphere_outline(centre: Array, radius: float) -> Array:
-    """Corners of a polygon around the circle where rays of the camera touch a sphere, shape (16, 3)."""
-    distance = float(np.linalg.norm(centre))
-    towards = centre / distance
-    sine = min(radius / distance, 0.999)
+def sphere_outlines(centres: Array, radii: Array) -> Array:
+    """Corners of polygons around the circles where rays of the camera touch spheres.
+
+    Args:
+        centres: In the camera's frame [m], shape (..., 3), nowhere inside a sphere.
+        radii: Of the spheres [m], broadcast to shape (...).
+
+    Returns:
+        Points [m], shape (..., 16, 3).
+    """
+    distance = np.linalg.norm(centres, axis=-1)
+    towards = centres / distance[..., None]
+    sine = np.minimum(radii / distance, 0.999)
     # The polygon is drawn around the circle, not in it.
-    reach = radius * np.sqrt(1.0 - sine**2) / np.cos(np.pi / _SIDES)
-    side = np.cross(towards, [1.0, 0.0, 0.0] if abs(towards[0]) < 0.9 else [0.0, 1.0, 0.0])
-    side /= np.linalg.norm(side)
-    angle = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
-    circle = np.outer(np.cos(angle), side) + np.outer(np.sin(angle), np.cross(towards, side))
-    return centre * (1.0 - sine**2) + reach * circle
+    reach = radii * np.sqrt(1.0 - sine**2) / np.cos(np.pi / _SIDES)
+    other = np.where(np.abs(towards[..., :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    side = np.cross(towards, other)
+    side /= np.linalg.norm(side, axis=-1, keepdims=True)
+    angle = np.arange(_SIDES)[:, None] * (2.0 * np.pi / _SIDES)
+    circle = np.cos(angle) * side[..., None, :] + np.sin(angle) * np.cross(towards, side)[..., None, :]
+    return (centres * (1.0 - sine**2)[..., None])[..., None, :] + reach[..., None, None] * circle
+
+
+def project_widely(camera: Pinhole, points: Array) -> Array:
+    """Pixels (u, v), shape (..., 2), of points before the camera, also far outside its picture.
+
+    A lens model holds inside the picture; farther out its polynomial turns back into the picture.
+    There the distortion of the picture's border goes on.
+    """
+    plain = points[..., :2] / points[..., 2:]
+    share = np.minimum(1.0, view_radius(camera) / np.maximum(np.linalg.norm(plain, axis=-1), 1e-9))[..., None]
+    inside = np.concatenate([plain * share, np.ones_like(share)], axis=-1)
+    centre = np.array([camera.cx, camera.cy])
+    return centre + (camera.project(inside) - centre) / share
 
 
 def near_arm(
     points_base: ArrayLike, T_base_link: Mapping[str, Array], margin: float = 0.02,
     capsules: Iterable[ArmCapsule] = RM65_CAPSULES,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Points within `margin` [m] of the arm.
+    """Points of the widened arm, shape (...).
 
     Args:
         points_base: Base frame [m], shape (..., 3); NaN is never near.
         T_base_link: Pose of each link, shape (4, 4); links that are missing are left out.
+        margin: By which every capsule is widened [m].
+        capsules: Shape of the arm.
     """
     points = np.asarray(points_base, dtype=float)
-    near = np.zeros(points.shape[:-1], bool)
-    flat, found = points.reshape(-1, 3), near.reshape(-1)
-    for capsule in capsules:
-        if capsule.link not in T_base_link:
-            continue
-        start, end = transform_points(T_base_link[capsule.link], [capsule.start, capsule.end])
-        found |= distance_to_segment(flat, start, end) <= capsule.radius + margin
+    found = [capsule for capsule in capsules if capsule.link in T_base_link]
+    if not found:
+        return np.zeros(points.shape[:-1], bool)
+    ends = np.stack([
+        transform_points(T_base_link[capsule.link], [capsule.start, capsule.end]) for capsule in found
+    ])  # fmt: skip
+    reach = np.array([capsule.radius + margin for capsule in found])
+    return _near(np.ascontiguousarray(points).reshape(-1, 3), ends, reach).reshape(points.shape[:-1])
+
+
+@njit(cache=True, nogil=True)
+def _near(points, ends, reach):
+    """Whether each point is within `reach` of one of the segments `ends`, shape (m, 2, 3)."""
+    near = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        for j in range(len(ends)):
+            length = share = 0.0
+            for k in range(3):
+                along = ends[j, 1, k] - ends[j, 0, k]
+                length += along * along
+                share += along * (points[i, k] - ends[j, 0, k])
+            share = min(max(share / length, 0.0), 1.0) if length > 0.0 else 0.0
+            square = 0.0
+            for k in range(3):
+                away = points[i, k] - ends[j, 0, k] - share * (ends[j, 1, k] - ends[j, 0, k])
+                square += away * away
+            if square <= reach[j] * reach[j]:
+                near[i] = True
+                break
     return near
 
 
-def distance_to_segment(points: Array, start: Array, end: Array) -> Array:
-    """Distance [m], shape (n,), of points, shape (n, 3), to the segment between two points."""
-    along, offset = end - start, points - start
-    length = float(along @ along)
-    share = np.clip(offset @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(points))
-    return np.linalg.norm(offset - share[:, None] * along, axis=1)
-
-
 def _pieces(ends: Array, radius: float) -> list[Array]:
-    """Pairs of sphere centres, shape (2, 3), along a segment in the camera's frame, clipped in front of it."""
+    """Pairs of sphere centres, shape (2, 3), along the part of a segment that lies before the camera."""
     limit = radius + _NEAREST
     start, end = ends
     if max(start[2], end[2]) < limit:

@@ -12,7 +12,7 @@ Capsules end in half spheres, so neighbours overlap and a joint leaves no gap.
 
 from dataclasses import dataclass
 
-HEAD_LENGTH = 0.10   # [m] from the flange to the tip of the bristles, d of Eq. (16)
+HEAD_LENGTH = 0.10  # [m] from the flange to the tip of the bristles, d of Eq. (16)
 BRUSH_RADIUS = 0.025  # [m]
 
 

@@ -37,7 +37,9 @@ class FrameTree:
         if stamp is None or self._parent.get(child) != parent or child not in self._edges:
             self._edges[child] = deque(maxlen=1 if stamp is None else self._memory)
         self._parent[child] = parent
-        self._edges[child].append(Edge(np.nan if stamp is None else stamp, np.asarray(transform, dtype=float)))
+        self._edges[child].append(
+            Edge(np.nan if stamp is None else stamp, np.asarray(transform, dtype=float))
+        )
 
     def lookup(self, target: str, source: str, stamp: float | None = None, tolerance: float = 0.1) -> Array:
         """T_target_source, shape (4, 4), at a time [s], or the newest.
@@ -78,7 +80,7 @@ class FrameTree:
         nearest = min(edges, key=lambda edge: abs(edge.stamp - stamp))
         if abs(nearest.stamp - stamp) > tolerance:
             raise UnknownFrameError(
-                f"the transform of {child} nearest to the picture is {abs(nearest.stamp - stamp):.2f} s away, "
-                f"allowed is {tolerance} s; does its publisher run, and on the same clock?"
+                f"the transform of {child} nearest to the picture is {abs(nearest.stamp - stamp):.2f} s "
+                f"away, allowed is {tolerance} s; does its publisher run, and on the same clock?"
             )
         return nearest.transform

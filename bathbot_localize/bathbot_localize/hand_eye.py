@@ -23,9 +23,9 @@ from bathbot_localize.marker import MARKER_SIZE, marker_corners, marker_poses
 
 Array = NDArray[np.float64]
 LEAST_POSES = 8
-LEAST_SPREAD_DEG = 10.0    # rms turn about the second most turned axis
+LEAST_SPREAD_DEG = 10.0  # rms turn about the second most turned axis
 MOST_RESIDUAL_PX = 1.5
-MOST_UNCERTAINTY = 0.005   # [m]
+MOST_UNCERTAINTY = 0.005  # [m]
 _METHODS = {
     "tsai": cv2.CALIB_HAND_EYE_TSAI, "park": cv2.CALIB_HAND_EYE_PARK, "horaud": cv2.CALIB_HAND_EYE_HORAUD,
     "andreff": cv2.CALIB_HAND_EYE_ANDREFF, "daniilidis": cv2.CALIB_HAND_EYE_DANIILIDIS,
@@ -95,15 +95,17 @@ def solve_hand_eye(
     spread = rotation_spread([view.T_base_tool for view in views])
     if spread < np.radians(LEAST_SPREAD_DEG):
         raise HandEyeError(
-            f"the arm turned by {np.degrees(spread):.1f} deg about its second axis, needed are {LEAST_SPREAD_DEG:.0f}; "
-            "tilt the marker about two different axes between the poses"
+            f"the arm turned by {np.degrees(spread):.1f} deg about its second axis, needed are "
+            f"{LEAST_SPREAD_DEG:.0f}; tilt the marker about two different axes between the poses"
         )
     guesses = closed_forms(views, camera, marker_size)
     scored = {name: rms(reprojection(*guess, views, camera, marker_size)) for name, guess in guesses.items()}
     guess = guesses[min(scored, key=scored.get)]
     fit = _refine(guess, views, camera, marker_size)
     error = np.linalg.norm(reprojection(*fit.transforms, views, camera, marker_size), axis=(1, 2)) / 2.0
-    kept = [view for view, px in zip(views, error, strict=True) if px <= max(3.0 * float(np.median(error)), 1.0)]
+    kept = [
+        view for view, px in zip(views, error, strict=True) if px <= max(3.0 * float(np.median(error)), 1.0)
+    ]
     _refuse_few(len(kept), len(views) - len(kept))
     if len(kept) < len(views):
         fit = _refine(fit.transforms, kept, camera, marker_size)
@@ -111,8 +113,8 @@ def solve_hand_eye(
 
 
 class _Fit(NamedTuple):
-    transforms: tuple[Array, Array]   # T_base_camera, T_tool_marker
-    covariance: Array                 # (6, 6): rotation of the camera [rad], its position [m], base frame
+    transforms: tuple[Array, Array]  # T_base_camera, T_tool_marker
+    covariance: Array  # (6, 6): rotation of the camera [rad], its position [m], base frame
 
 
 def rotation_spread(T_base_tool: list[Array]) -> float:
@@ -125,7 +127,9 @@ def rotation_spread(T_base_tool: list[Array]) -> float:
 def closed_forms(views: list[MarkerView], camera: Pinhole, size: float) -> dict[str, tuple[Array, Array]]:
     """First guesses (T_base_camera, T_tool_marker) by name; methods that fail on these views are left out."""
     T_base_tool = np.stack([view.T_base_tool for view in views])
-    T_camera_marker = np.stack([marker_poses(view.corners, camera, size)[0].T_camera_marker for view in views])
+    T_camera_marker = np.stack(
+        [marker_poses(view.corners, camera, size)[0].T_camera_marker for view in views]
+    )
     T_tool_base = inverse(T_base_tool)
     hand, eye = _parts(T_tool_base), _parts(T_camera_marker)
     found = {}
@@ -137,7 +141,9 @@ def closed_forms(views: list[MarkerView], camera: Pinhole, size: float) -> dict[
         found[name] = transform_from(rotation, translation.ravel())
     for name, method in _WORLD_METHODS.items():
         try:
-            *_, rotation, translation = cv2.calibrateRobotWorldHandEye(*eye, *_parts(T_base_tool), method=method)
+            *_, rotation, translation = cv2.calibrateRobotWorldHandEye(
+                *eye, *_parts(T_base_tool), method=method
+            )
         except cv2.error:
             continue
         found[name] = inverse(transform_from(rotation, translation.ravel()))
@@ -165,6 +171,7 @@ def rms(residuals: Array) -> float:
 
 def _refine(guess: tuple[Array, Array], views: list[MarkerView], camera: Pinhole, size: float) -> _Fit:
     """Least squares over both transforms, each as a small turn and shift of its guess."""
+
     def moved(step: Array) -> tuple[Array, Array]:
         return tuple(
             transform_from(Rotation.from_rotvec(s[:3]).as_matrix() @ start[:3, :3], start[:3, 3] + s[3:])
@@ -189,8 +196,9 @@ def _report(
     position_std = np.sqrt(np.diag(fit.covariance)[3:])
     if residual > MOST_RESIDUAL_PX:
         raise HandEyeError(
-            f"the corners lie {residual:.2f} px from where the result puts them, allowed are {MOST_RESIDUAL_PX} px; "
-            "is the marker's size right, is it flat and fixed to the arm, did the arm stand still?"
+            f"the corners lie {residual:.2f} px from where the result puts them, allowed are "
+            f"{MOST_RESIDUAL_PX} px; is the marker's size right, is it flat and fixed, "
+            "did the arm stand still?"
         )
     if np.linalg.norm(position_std) > MOST_UNCERTAINTY:
         raise HandEyeError(
@@ -224,4 +232,6 @@ def _mean_transform(transforms: Array) -> Array:
     """Mean of the half of transforms, shape (n, 4, 4), that lies nearest to the median place."""
     away = np.linalg.norm(transforms[:, :3, 3] - np.median(transforms[:, :3, 3], axis=0), axis=1)
     near = transforms[away <= np.median(away)]
-    return transform_from(Rotation.from_matrix(near[:, :3, :3]).mean().as_matrix(), near[:, :3, 3].mean(axis=0))
+    return transform_from(
+        Rotation.from_matrix(near[:, :3, :3]).mean().as_matrix(), near[:, :3, 3].mean(axis=0)
+    )

@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 COLOUR, COLOUR_INFO = "/camera/camera/color/image_raw", "/camera/camera/color/camera_info"
 TOOL_POSE, TF = "/tool_pose", "/tf"
 BASE, FLANGE = "base_link", "Link6"
-LEAST_STILL = 0.5       # [s] an arm pose must last
-_SETTLE = 0.15          # [s] left out at both ends: clocks of arm and camera differ a little
-_SAME_PLACE, _SAME_TURN = 0.0005, 0.002   # [m], [rad] within which the arm stands still
-_PICTURES = 6           # of one pose in which the marker is looked for
-_STEADY_PX = 1.0        # corners of one pose must agree within this
+LEAST_STILL = 0.5  # [s] an arm pose must last
+_SETTLE = 0.15  # [s] left out at both ends: clocks of arm and camera differ a little
+_SAME_PLACE, _SAME_TURN = 0.0005, 0.002  # [m], [rad] within which the arm stands still
+_PICTURES = 6  # of one pose in which the marker is looked for
+_STEADY_PX = 1.0  # corners of one pose must agree within this
 
 
 class HandEyeBagError(LocalizeError):
@@ -63,11 +63,13 @@ def read_views(
     poses = still_poses(*tool_track(bag))
     if not poses:
         raise HandEyeBagError(
-            f"{bag} holds no arm pose of {LEAST_STILL} s at rest; is {TF} or {TOOL_POSE} in it, and did the arm pause?"
+            f"{bag} holds no arm pose of {LEAST_STILL} s at rest; is {TF} or {TOOL_POSE} in it, "
+            "and did the arm pause?"
         )
     infos = [message for _, message in messages(bag, COLOUR_INFO)][:1]
     if not infos:
         raise HandEyeBagError(f"{bag} has no {COLOUR_INFO}; record with --profile calibration")
+    camera = pinhole_from_info(infos[0])
     seen: list[list[Array]] = [[] for _ in poses]
     tried = [0] * len(poses)
     begun = float("nan")
@@ -76,7 +78,7 @@ def read_views(
         index = bisect_left([pose.end for pose in poses], stamp)
         if index < len(poses) and poses[index].begin <= stamp and tried[index] < _PICTURES:
             tried[index] += 1
-            _look(image, marker_id, seen[index])
+            _look(image, camera, marker_id, seen[index])
     if np.isnan(begun):
         raise HandEyeBagError(f"{bag} has no {COLOUR}; record with --profile calibration")
     views = []
@@ -85,7 +87,7 @@ def read_views(
         tell(f"arm pose {number} of {len(poses)}: {_verdict(len(corners), tried[number - 1], steady)}")
         if steady:
             views.append(MarkerView(pose.T_base_tool, np.mean(corners, axis=0)))
-    return HandEyeRecording(views, pinhole_from_info(infos[0]), begun)
+    return HandEyeRecording(views, camera, begun)
 
 
 def tool_track(bag: Path) -> tuple[Array, Array]:
@@ -93,7 +95,12 @@ def tool_track(bag: Path) -> tuple[Array, Array]:
     tree, stamps, transforms, tool_poses = FrameTree(memory=1), [], [], []
     for topic, message in messages(bag, TF, TOOL_POSE):
         if topic == TOOL_POSE:
-            tool_poses.append((stamp_seconds(message.header.stamp), _transform(message.pose.position, message.pose.orientation)))
+            tool_poses.append(
+                (
+                    stamp_seconds(message.header.stamp),
+                    _transform(message.pose.position, message.pose.orientation),
+                )
+            )
             continue
         for entry in message.transforms:
             stamp = stamp_seconds(entry.header.stamp)
@@ -128,10 +135,11 @@ def _pictures(bag: Path):
         yield stamp_seconds(image.header.stamp), image
 
 
-def _look(image: Any, marker_id: int, corners: list[Array]) -> None:
+def _look(image: Any, camera: Pinhole, marker_id: int, corners: list[Array]) -> None:
     """Add the marker's corners in one picture, if it shows the marker."""
     try:
-        corners.append(find_marker(cv2.cvtColor(colour_from_image(image), cv2.COLOR_RGB2GRAY), marker_id))
+        grey = cv2.cvtColor(colour_from_image(image), cv2.COLOR_RGB2GRAY)
+        corners.append(find_marker(grey, camera, marker_id))
     except MarkerNotFoundError:
         return
 

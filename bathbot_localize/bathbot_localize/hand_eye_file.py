@@ -57,7 +57,9 @@ def save_hand_eye(hand_eye: HandEye, path: Path | str) -> None:
         "parent": PARENT,
         "child": CHILD,
         "translation": [float(value) for value in hand_eye.T_base_camera[:3, 3]],
-        "quaternion_xyzw": [float(value) for value in quaternion_from_rotation(hand_eye.T_base_camera[:3, :3])],
+        "quaternion_xyzw": [
+            float(value) for value in quaternion_from_rotation(hand_eye.T_base_camera[:3, :3])
+        ],
         "residual_px": float(hand_eye.residual_px),
         "residual_mm": float(hand_eye.residual_mm),
         "poses": int(hand_eye.poses),
@@ -77,7 +79,9 @@ def save_hand_eye(hand_eye: HandEye, path: Path | str) -> None:
     except OSError as error:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
-        raise HandEyeFileError(f"cannot write hand-eye file {path}: {error.strerror}; is the folder there?") from error
+        raise HandEyeFileError(
+            f"cannot write hand-eye file {path}: {error.strerror}; is the folder there?"
+        ) from error
 
 
 def load_hand_eye(path: Path | str) -> HandEye:
@@ -108,8 +112,8 @@ def load_hand_eye(path: Path | str) -> HandEye:
     quaternion = _numbers(document, "quaternion_xyzw", 4, path)
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-3 or np.abs(translation).max() > 10.0:
         raise HandEyeFileError(
-            f"hand-eye file {path} holds translation {translation} m and quaternion {quaternion}, which is no pose "
-            f"of a camera beside an arm; {advice}"
+            f"hand-eye file {path} holds translation {translation} m and quaternion {quaternion}, "
+            f"which is no pose of a camera beside an arm; {advice}"
         )
     about = {name: document[name] for name in HandEye._fields[1:] if name in document}
     return hand_eye_from_pose(translation, quaternion, **about)

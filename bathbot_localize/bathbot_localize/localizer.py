@@ -5,27 +5,28 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_points
+from bathbot_depthcorr.rigid import transform_from, transform_points
 from numpy.typing import NDArray
 
 from bathbot_localize.arm_mask import arm_silhouette, near_arm
-from bathbot_localize.disc import Disc, NoSkinError, choose_disc, front_layer
+from bathbot_localize.disc import Disc, NoSkinError, candidate_discs
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.registration import Patch, register
-from bathbot_localize.surface_fit import fit_surface
+from bathbot_localize.skin_layer import away_from_edges, skin_layer
+from bathbot_localize.surface_fit import DegenerateSurfaceError, fit_surface
 from bathbot_localize.surface_smoothing import smooth_inverse_depth
 from bathbot_localize.target import Target, target_from_fit
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 
 Array = NDArray[np.float64]
-_CHOICE_STRIDE = 2        # [px] the target pixel is chosen on a grid this coarse
-_LEAST_AGREEMENT = 0.6    # share of a disc's points that must lie on the fitted surface
-_WORTH = 0.5              # of several regions of one name, those with this share of the best score count
+_CHOICE_STRIDE = 2  # [px] the target pixel is chosen on a grid this coarse
+_LEAST_AGREEMENT = 0.6  # share of a disc's points that must lie on the fitted surface
+_WORTH = 0.5  # of several regions of one name, those with this share of the best score count
 
 
 class RoughSurfaceError(LocalizeError):
-    """A disc whose points lie on no smooth surface."""
+    """A disc whose points lie on no smooth surface, or leave its place in doubt."""
 
 
 class Frame(NamedTuple):
@@ -66,13 +67,13 @@ def make_frame(
 
 def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin: float) -> Patch:
     """Points of a box that belong to neither the arm nor anything it covers; the rest is NaN."""
-    patch = register(
-        frame.depth, frame.depth_camera, frame.T_colour_depth, frame.colour_camera, box, stride
-    )
+    patch = register(frame.depth, frame.depth_camera, frame.T_colour_depth, frame.colour_camera, box, stride)
     points = patch.points
     points[frame.silhouette[np.ix_(patch.v.astype(int), patch.u.astype(int))]] = np.nan
     if frame.T_base_link:
-        points[near_arm(transform_points(frame.T_base_colour, points), frame.T_base_link, arm_margin)] = np.nan
+        points[near_arm(transform_points(frame.T_base_colour, points), frame.T_base_link, arm_margin)] = (
+            np.nan
+        )
     return patch
 
 
@@ -84,17 +85,17 @@ def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) 
     """
     box = grown(region.box, settings.region_margin_px)
     patch = register_skin(frame, box, _CHOICE_STRIDE, settings.arm_margin)
-    skin = front_layer(patch.points[..., 2])
-    limits = patch.points[..., 2][skin]
-    disc = choose_disc(skin, patch.u, patch.v, region.centre, settings.disc_radius_px)
-    smallest = 0.5 * settings.disc_radius_px
-    while True:
+    depth = patch.points[..., 2]
+    skin = skin_layer(depth)
+    layer = (depth[skin].min(), depth[skin].max()) if skin.any() else (np.nan, np.nan)
+    flat = skin & away_from_edges(depth, _CHOICE_STRIDE)
+    refusals = []
+    for disc in candidate_discs(flat, patch.u, patch.v, region.centre, settings.disc_radius_px):
         try:
-            return _target_of_disc(frame, region, disc, (limits.min(), limits.max()), settings)
-        except RoughSurfaceError:
-            if disc.radius_px <= smallest * 1.001:
-                raise
-            disc = Disc(disc.pixel, max(0.7 * disc.radius_px, smallest))  # an edge inside: look closer
+            return _target_of_disc(frame, region, disc, layer, settings)
+        except (RoughSurfaceError, DegenerateSurfaceError) as error:
+            refusals.append(error)
+    raise refusals[0]
 
 
 def locate_all(frame: Frame, regions: list[SkinRegion], settings: TargetLocalizerSettings) -> Localised:
@@ -129,11 +130,28 @@ def surface_of(frame: Frame, box: tuple[float, ...], settings: TargetLocalizerSe
     """
     wide = grown(box, settings.region_margin_px)
     patch = register_skin(frame, wide, settings.surface_stride, settings.arm_margin)
-    layer = front_layer(patch.points[..., 2])
+    layer = skin_layer(patch.points[..., 2])
     if not layer.any():
-        raise NoSkinError("no depth on skin in the region; is it hidden, too near, or out of the depth camera's view?")
+        raise NoSkinError(
+            "no depth on skin in the region; is it hidden, too near, or out of the depth camera's view?"
+        )
     points = np.where(layer[..., None], patch.points, np.nan)
     return transform_points(frame.T_base_colour, smooth_inverse_depth(points, settings.surface_window))
+
+
+def warm_up() -> None:
+    """Compile the loops, or load them from the cache of an earlier run, before the first picture comes."""
+    camera = Pinhole(64, 48, 50.0, 50.0, 31.5, 23.5)
+    depth = np.full((camera.height, camera.width), 0.7, np.float32)
+    frame = make_frame(
+        depth,
+        camera,
+        camera,
+        np.eye(4),
+        np.eye(4),
+        {"base_link": transform_from(translation=(9.0, 0.0, 1.0))},
+    )
+    surface_of(frame, (10.0, 10.0, 50.0, 40.0), TargetLocalizerSettings())
 
 
 def grown(box: tuple[float, ...], margin: float) -> tuple[float, float, float, float]:
@@ -143,7 +161,11 @@ def grown(box: tuple[float, ...], margin: float) -> tuple[float, float, float, f
 
 
 def _target_of_disc(
-    frame: Frame, region: SkinRegion, disc: Disc, layer: tuple[float, float], settings: TargetLocalizerSettings
+    frame: Frame,
+    region: SkinRegion,
+    disc: Disc,
+    layer: tuple[float, float],
+    settings: TargetLocalizerSettings,
 ) -> Target:
     (u, v), radius = disc
     box = (u - radius, v - radius, u + radius + 1.0, v + radius + 1.0)
@@ -157,7 +179,16 @@ def _target_of_disc(
     fit = fit_surface(patch.points[inside], direction, radius, 2.0 + 4.0 * np.pi * blur**2)
     if fit.inliers < _LEAST_AGREEMENT or not fit.scale <= settings.max_roughness or fit.parameters[0] <= 0.0:
         raise RoughSurfaceError(
-            f"the points around the target scatter by {1e3 * fit.scale:.1f} mm and {fit.inliers:.0%} agree, allowed "
-            f"are {1e3 * settings.max_roughness:.1f} mm and {_LEAST_AGREEMENT:.0%}; is an edge or an object there?"
+            f"the points around the target scatter by {1e3 * fit.scale:.1f} mm and {fit.inliers:.0%} agree, "
+            f"allowed are {1e3 * settings.max_roughness:.1f} mm and {_LEAST_AGREEMENT:.0%}; "
+            "is an edge or an object there?"
         )
-    return target_from_fit(region.name, region.score, fit, frame.T_base_colour, (float(u), float(v)), settings.systematic)
+    pixel = float(u), float(v)
+    target = target_from_fit(region.name, region.score, fit, frame.T_base_colour, pixel, settings.systematic)
+    doubt = float(np.sqrt(np.trace(target.covariance[:3, :3])))
+    if doubt > settings.max_uncertainty:
+        raise RoughSurfaceError(
+            f"the target's position is known to {1e3 * doubt:.1f} mm only, allowed are "
+            f"{1e3 * settings.max_uncertainty:.1f} mm; is there too little depth, or an edge?"
+        )
+    return target

@@ -110,7 +110,9 @@ class LocalizerSession:
         looked = locate_all(frame, usable, self.settings)
         chosen = [region for region in usable if region.name == self.region]
         target = [target for target in looked.targets if target.region == self.region]
-        self._roi = self._memory.update(_under(chosen, target[0].pixel if target else None), frame.silhouette, stamp)
+        self._roi = self._memory.update(
+            _under(chosen, target[0].pixel if target else None), frame.silhouette, stamp
+        )
         noise_free = np.eye(3) * self.settings.systematic**2
         smooth = [
             self._smoothers.setdefault(target.region, TargetSmoother(self.settings.smoothing_frames)).update(
@@ -149,9 +151,13 @@ class LocalizerSession:
         if self.missing():
             return Status(False, f"waiting for {', '.join(self.missing())}; does the camera run?")
         if not now - self._last_depth <= limit:
-            return Status(False, f"no corrected depth {_since(now - self._last_depth)}; does depth_corrector run?")
+            return Status(
+                False, f"no corrected depth {_since(now - self._last_depth)}; does depth_corrector run?"
+            )
         if not now - self._last_regions <= 5.0 * limit:
-            return Status(False, f"no skin regions {_since(now - self._last_regions)}; does skin_detector run?")
+            return Status(
+                False, f"no skin regions {_since(now - self._last_regions)}; does skin_detector run?"
+            )
         if self._looked is not None and self.region in self._looked.refused:
             return Status(False, f"{self.region}: {self._looked.refused[self.region]}")
         if self._roi is None:
@@ -176,7 +182,9 @@ class LocalizerSession:
             if not self._arm_known:
                 return {}
             try:
-                return {link: self._frames.lookup(self.settings.base_frame, link, stamp) for link in _ARM_LINKS}
+                return {
+                    link: self._frames.lookup(self.settings.base_frame, link, stamp) for link in _ARM_LINKS
+                }
             except UnknownFrameError as error:
                 raise LocalizeError(f"the arm cannot be masked: {error}") from error
 
@@ -184,7 +192,11 @@ class LocalizerSession:
 def _under(regions: list[SkinRegion], pixel: tuple[float, float] | None) -> SkinRegion | None:
     """The region that the target was found in, else the best one."""
     if pixel is not None:
-        regions = [r for r in regions if r.box[0] <= pixel[0] + 0.5 <= r.box[2] and r.box[1] <= pixel[1] + 0.5 <= r.box[3]] or regions
+        regions = [
+            r
+            for r in regions
+            if r.box[0] <= pixel[0] + 0.5 <= r.box[2] and r.box[1] <= pixel[1] + 0.5 <= r.box[3]
+        ] or regions
     return max(regions, key=lambda region: region.score, default=None)
 
 

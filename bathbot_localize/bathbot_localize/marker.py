@@ -9,10 +9,11 @@ from bathbot_depthcorr.rigid import rotation_angle, transform_from
 from numpy.typing import NDArray
 
 from bathbot_localize.errors import LocalizeError
+from bathbot_localize.marker_edges import refine_corners
 
 Array = NDArray[np.float64]
-MARKER_ID, MARKER_SIZE = 582, 0.10   # of the paper; [m]
-_OTHER = 0.02   # [rad] by which two explanations differ at least
+MARKER_ID, MARKER_SIZE = 582, 0.10  # of the paper; [m]
+_OTHER = 0.02  # [rad] by which two explanations differ at least
 DICTIONARY = cv2.aruco.DICT_ARUCO_ORIGINAL
 
 
@@ -28,27 +29,35 @@ class MarkerPose(NamedTuple):
 
 
 def marker_corners(size: float) -> Array:
-    """Corners of a marker of edge `size` [m], shape (4, 3), z out of the print; order as OpenCV finds them."""
+    """Corners of a marker of edge `size` [m], shape (4, 3), z out of the print; in OpenCV's order."""
     half = size / 2.0
     return np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
 
 
-def find_marker(grey: NDArray[np.uint8], marker_id: int = MARKER_ID) -> Array:
-    """Corners (u, v) [px], shape (4, 2), of the marker in a grey picture, clockwise from its upper left.
+def find_marker(grey: NDArray[np.uint8], camera: Pinhole, marker_id: int = MARKER_ID) -> Array:
+    """Find the corners of the marker in a picture.
+
+    Args:
+        grey: Picture, shape (H, W).
+        camera: Its intrinsics with distortion.
+        marker_id: Number in the dictionary.
+
+    Returns:
+        Corners (u, v) [px], shape (4, 2), clockwise from the marker's upper left.
 
     Raises:
         MarkerNotFoundError: When it is not in the picture, or more than once.
     """
-    parameters = cv2.aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    parameters.cornerRefinementWinSize = 4
-    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(DICTIONARY), parameters)
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(DICTIONARY))
     corners, ids, _ = detector.detectMarkers(grey)
-    found = [] if ids is None else [c for c, number in zip(corners, ids.ravel(), strict=True) if number == marker_id]
+    numbers = [] if ids is None else ids.ravel().tolist()
+    found = [quad for quad, number in zip(corners, numbers, strict=True) if number == marker_id]
     if len(found) != 1:
-        others = "none" if ids is None else ", ".join(str(number) for number in sorted(set(ids.ravel().tolist())))
-        raise MarkerNotFoundError(f"marker {marker_id} is {len(found)} times in the picture; markers in it: {others}")
-    return found[0].reshape(4, 2).astype(np.float64)
+        others = ", ".join(str(number) for number in sorted(set(numbers))) or "none"
+        raise MarkerNotFoundError(
+            f"marker {marker_id} is {len(found)} times in the picture; markers in it: {others}"
+        )
+    return refine_corners(grey, found[0].reshape(4, 2).astype(np.float64), camera)
 
 
 def marker_poses(corners: Array, camera: Pinhole, size: float) -> list[MarkerPose]:
@@ -61,7 +70,7 @@ def marker_poses(corners: Array, camera: Pinhole, size: float) -> list[MarkerPos
     model, seen = marker_corners(size), corners.reshape(4, 1, 2)
     candidates = []
     for method in (cv2.SOLVEPNP_IPPE_SQUARE, cv2.SOLVEPNP_ITERATIVE):
-        count, rotations, translations, residuals = cv2.solvePnPGeneric(
+        _, rotations, translations, residuals = cv2.solvePnPGeneric(
             model, seen, camera.matrix, camera.coefficients, flags=method
         )
         candidates += [

@@ -12,7 +12,6 @@ from bathbot_depthcorr.rigid import (
     rotation_from_quaternion,
     transform_from,
 )
-from bathbot_msgs.msg import ContactTarget, ContactTargets
 from geometry_msgs.msg import Pose, Transform, TransformStamped
 from numpy.typing import ArrayLike, NDArray
 from sensor_msgs.msg import PointCloud2, PointField
@@ -23,6 +22,7 @@ from vision_msgs.msg import BoundingBox2D, Detection2D, Detection2DArray, Object
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.target import Target
+from bathbot_msgs.msg import ContactTarget, ContactTargets
 
 Array = NDArray[np.float64]
 _XYZ = [PointField(name=n, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, n in enumerate("xyz")]
@@ -57,7 +57,7 @@ def message_from_transform(transform: ArrayLike) -> Transform:
 
 
 def transform_from_pose(message: Pose) -> Array:
-    """Transform, shape (4, 4), of a geometry_msgs/Pose: maps coordinates of the posed body to its frame_id."""
+    """Transform, shape (4, 4), of a geometry_msgs/Pose: maps the posed body to the frame it is given in."""
     t, q = message.position, message.orientation
     return transform_from(rotation_from_quaternion((q.x, q.y, q.z, q.w)), (t.x, t.y, t.z))
 
@@ -86,9 +86,7 @@ def transforms_from_tf(message: TFMessage) -> list[StampedTransform]:
 
 def stamped_from_transform(transform: ArrayLike, header: Header, child: str) -> TransformStamped:
     """A TransformStamped from `child` to the header's frame."""
-    return TransformStamped(
-        header=header, child_frame_id=child, transform=message_from_transform(transform)
-    )
+    return TransformStamped(header=header, child_frame_id=child, transform=message_from_transform(transform))
 
 
 def cloud_from_surface(points: ArrayLike, header: Header) -> PointCloud2:
@@ -116,8 +114,8 @@ def surface_from_cloud(message: PointCloud2) -> Array:
     data = np.frombuffer(message.data, np.uint8)
     if not {"x", "y", "z"} <= set(offsets) or data.size < message.height * message.row_step:
         raise MessageError(
-            f"cloud of {message.width}x{message.height} with float32 fields {sorted(offsets)} and {data.size} "
-            "bytes is no organised surface; is the topic that of target_localizer?"
+            f"cloud of {message.width}x{message.height} with float32 fields {sorted(offsets)} "
+            f"and {data.size} bytes is no organised surface; is the topic that of target_localizer?"
         )
     kind = np.dtype({
         "names": ["x", "y", "z"], "formats": [">f4" if message.is_bigendian else "<f4"] * 3,
@@ -129,13 +127,16 @@ def surface_from_cloud(message: PointCloud2) -> Array:
 
 
 def regions_from_detections(message: Detection2DArray) -> list[SkinRegion]:
-    """Regions of a detector's message, each with its best-scored class; detections without one are left out."""
+    """Regions of a detector's message, each with its best class; those without any are left out."""
     regions = []
     for detection in message.detections:
         if not detection.results:
             continue
         best = max((result.hypothesis for result in detection.results), key=lambda guess: guess.score)
-        centre, half = detection.bbox.center.position, (detection.bbox.size_x / 2.0, detection.bbox.size_y / 2.0)
+        centre, half = (
+            detection.bbox.center.position,
+            (detection.bbox.size_x / 2.0, detection.bbox.size_y / 2.0),
+        )
         box = (centre.x - half[0], centre.y - half[1], centre.x + half[0], centre.y + half[1])
         regions.append(SkinRegion(best.class_id, best.score, box))
     return regions

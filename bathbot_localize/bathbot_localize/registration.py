@@ -20,7 +20,7 @@ from bathbot_localize.errors import LocalizeError
 from bathbot_localize.triangle_drawing import draw
 
 Array = NDArray[np.float64]
-_NEAR, _FAR = 0.25, 3.0   # [m] a bather's skin lies between; bounds the part of the depth picture
+_NEAR, _FAR = 0.25, 3.0  # [m] a bather's skin lies between; bounds the part of the depth picture
 
 
 class OutsideImageError(LocalizeError):
@@ -54,11 +54,21 @@ def picture_rays(pinhole: Pinhole) -> NDArray[np.float64]:
     return rays
 
 
+@lru_cache(maxsize=4)
+def view_radius(camera: Pinhole) -> float:
+    """Distance from the axis, as tangent, just beyond the picture's corners: there its lens model ends."""
+    u, v = (-0.5, camera.width - 0.5), (-0.5, camera.height - 0.5)
+    corners = camera.directions(np.array([(u[i], v[j]) for i in (0, 1) for j in (0, 1)]))
+    return 1.05 * float(np.linalg.norm(corners[:, :2], axis=1).max())
+
+
 def clip_box(box: ArrayLike, width: int, height: int) -> tuple[int, int, int, int]:
     """First and last-plus-one pixel (left, top, right, bottom) whose centres lie in a box.
 
     Args:
         box: (left, top, right, bottom) [px], (0, 0) at the picture's upper left corner.
+        width: Of the picture [px].
+        height: Of the picture [px].
 
     Raises:
         OutsideImageError: When no pixel is left.
@@ -70,8 +80,8 @@ def clip_box(box: ArrayLike, width: int, height: int) -> tuple[int, int, int, in
     last_u, last_v = min(int(np.ceil(right - 0.5)), width), min(int(np.ceil(bottom - 0.5)), height)
     if first_u >= last_u or first_v >= last_v:
         raise OutsideImageError(
-            f"box {left:.0f}, {top:.0f}, {right:.0f}, {bottom:.0f} lies outside the {width}x{height} picture; "
-            "do detector and colour camera_info belong to the same stream?"
+            f"box {left:.0f}, {top:.0f}, {right:.0f}, {bottom:.0f} lies outside the "
+            f"{width}x{height} picture; do detector and colour camera_info belong to the same stream?"
         )
     return first_u, first_v, last_u, last_v
 
@@ -106,7 +116,8 @@ def register(
     draw(
         np.asarray(depth, dtype=np.float32), part, picture_rays(depth_camera), T_colour_depth,
         np.array([colour_camera.fx, colour_camera.fy, colour_camera.cx, colour_camera.cy]),
-        colour_camera.coefficients, (float(left), float(top)), float(stride), buffer,
+        colour_camera.coefficients, view_radius(colour_camera),
+        (float(left), float(top)), float(stride), buffer,
     )  # fmt: skip
     rays = picture_rays(colour_camera)[top:bottom:stride, left:right:stride]
     with np.errstate(divide="ignore"):
@@ -117,7 +128,7 @@ def register(
 def depth_part(
     depth_camera: Pinhole, T_colour_depth: Array, colour_camera: Pinhole, box: tuple[int, int, int, int]
 ) -> NDArray[np.int64]:
-    """Part (left, top, right, bottom) [px] of the depth picture that can fall into a box of the colour picture."""
+    """Part (left, top, right, bottom) [px] of the depth picture that can fall into a colour box."""
     left, top, right, bottom = box
     u, v = np.meshgrid(np.linspace(left - 2, right + 1, 5), np.linspace(top - 2, bottom + 1, 5))
     rays = colour_camera.directions(np.stack([u, v], axis=-1).reshape(-1, 2))

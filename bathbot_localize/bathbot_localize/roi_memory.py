@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.registration import OutsideImageError, clip_box
 
-_HIDDEN = 0.04   # share of a box from which the arm is in the way
-_SAME = 0.3      # overlap from which two boxes show one region
+_HIDDEN = 0.04  # share of a box from which the arm is in the way
+_SAME = 0.3  # overlap from which two boxes show one region
 
 
 def hidden_share(box: Sequence[float], silhouette: NDArray[np.bool_]) -> float:

@@ -12,10 +12,10 @@ from bathbot_depthcorr.rigid import Array, transform_from
 
 from bathbot_localize.target import Target, pose_from_normal
 
-FRAMES = 5           # N, how many frames are averaged at most
-_PIXELS = 6.0        # [px] within which the target counts as the same place
-_AGREE = 2.5         # [standard deviations] of a difference along the normal
-_AGE = 1.0           # [s] older frames are forgotten
+FRAMES = 5  # N, how many frames are averaged at most
+_PIXELS = 6.0  # [px] within which the target counts as the same place
+_AGREE = 2.5  # [standard deviations] of a difference along the normal
+_AGE = 1.0  # [s] older frames are forgotten
 # Half of the variance is frozen in the scene (texture of the skin) and does not average out.
 _FROZEN = 0.5
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from bathbot_localize.errors import LocalizeError
 
 Array = NDArray[np.float64]
-_HUBER, _CUT = 1.345, 4.0   # in units of the residuals' robust scale
+_HUBER, _CUT = 1.345, 4.0  # in units of the residuals' robust scale
 _ENOUGH_FOR_QUADRIC = 60
 
 
@@ -85,7 +85,7 @@ def fit_surface(
     solution, weights, scale = _robust(design, inverse_depth)
     agree = np.abs(inverse_depth - design @ solution) <= _CUT * scale
     unit = np.array([1.0, 1.0 / size, 1.0 / size])
-    noise = _variance(design, inverse_depth - design @ solution, weights) * max(correlation, 1.0)
+    noise = _variance(design, inverse_depth - design @ solution, weights, scale) * max(correlation, 1.0)
     return SurfaceFit(
         np.asarray(direction, dtype=float), solution[:3] * unit, noise[:3, :3] * np.outer(unit, unit),
         scale / solution[0] ** 2, float(agree.mean()), int(agree.sum()), radius_px,
@@ -121,8 +121,12 @@ def _solve(design: Array, values: Array, weights: Array) -> Array:
     return np.linalg.lstsq(normal, scaled.T @ values, rcond=None)[0]
 
 
-def _variance(design: Array, residual: Array, weights: Array) -> Array:
-    """Covariance of a weighted solution from its own residuals (Huber's sandwich form)."""
-    bread = np.linalg.pinv((design * weights[:, None]).T @ design)
+def _variance(design: Array, residual: Array, weights: Array, scale: float) -> Array:
+    """Covariance of a solution with Huber's weights, in the sandwich form.
+
+    The slope of Huber's function is one for small residuals and zero beyond, which is less than its weight.
+    """
+    slope = np.abs(residual) <= _HUBER * scale
+    bread = np.linalg.pinv(design[slope].T @ design[slope])
     meat = (design * np.square(weights * residual)[:, None]).T @ design
     return bread @ meat @ bread * len(residual) / max(len(residual) - design.shape[1], 1)

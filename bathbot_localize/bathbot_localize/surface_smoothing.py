@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_STEP = 0.02   # [m] neighbours that differ more in depth belong to another surface
+_STEP = 0.02  # [m] neighbours that differ more in depth belong to another surface
 
 
 def smooth_inverse_depth(points_camera: Array, window: int) -> Array:
@@ -41,7 +41,10 @@ def _mean_depth(depth, reach):
                     if not (dv <= v < height - dv and abs(du) <= u < width - abs(du)):
                         continue
                     one, other = depth[v + dv, u + du], depth[v - dv, u - du]
-                    if abs(one + other - 2.0 * centre) < 2.0 * _STEP and abs(one - other) < 4.0 * _STEP * reach:
+                    if (
+                        abs(one + other - 2.0 * centre) < 2.0 * _STEP
+                        and abs(one - other) < 4.0 * _STEP * reach
+                    ):
                         total += 1.0 / one + 1.0 / other
                         count += 2
             mean[v, u] = count / total

@@ -73,6 +73,8 @@ def target_from_fit(
     """The contact target of a fitted disc.
 
     Args:
+        region: Class name.
+        score: Confidence of the detection, 0..1.
         fit: Surface around the target's ray, in the colour camera's frame.
         T_base_colour: Maps colour camera coordinates to the base, shape (4, 4).
         pixel: Target (u, v) [px].

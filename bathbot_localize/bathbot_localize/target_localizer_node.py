@@ -14,8 +14,6 @@ from bathbot_depthcorr.messages import (
 )
 from bathbot_depthcorr.newest_worker import NewestWorker
 from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
-from bathbot_msgs.msg import ContactTargets
-from bathbot_msgs.srv import SelectRegion
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -25,6 +23,7 @@ from vision_msgs.msg import Detection2DArray, LabelInfo
 
 from bathbot_localize.frame_tree import UnknownFrameError
 from bathbot_localize.hand_eye_file import load_hand_eye
+from bathbot_localize.localizer import warm_up
 from bathbot_localize.localizer_session import LocalizerSession, UnknownRegionError
 from bathbot_localize.messages import (
     cloud_from_surface,
@@ -35,6 +34,8 @@ from bathbot_localize.messages import (
 )
 from bathbot_localize.stamp_buffer import StampBuffer
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
+from bathbot_msgs.msg import ContactTargets
+from bathbot_msgs.srv import SelectRegion
 
 # Several publishers are latched on /tf_static: room for one message of each.
 _ALL_LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -51,6 +52,7 @@ class TargetLocalizer(StageNode):
         """Load the hand-eye result."""
         self._settings = settings
         self._session = LocalizerSession(settings, load_hand_eye(settings.hand_eye).T_base_camera)
+        warm_up()
         self._targets = self.create_publisher(ContactTargets, "contact_targets", 10)
         self._surface = self.create_publisher(PointCloud2, "surface", 5)
         self._static = self.create_publisher(TFMessage, "/tf_static", LATCHED)
@@ -66,7 +68,9 @@ class TargetLocalizer(StageNode):
         self._measuring = NewestWorker(self._measure, lambda error: self._fail("surface", error))
         listen, sensor = self.create_subscription, qos_profile_sensor_data
         self._inputs = [
-            listen(TFMessage, "/tf_static", lambda message: self._take_transforms(message, True), _ALL_LATCHED),
+            listen(
+                TFMessage, "/tf_static", lambda message: self._take_transforms(message, True), _ALL_LATCHED
+            ),
             listen(TFMessage, "/tf", lambda message: self._take_transforms(message, False), 100),
             listen(Extrinsics, "depth/corrected/depth_to_color", self._take_extrinsics, LATCHED),
             listen(CameraInfo, "camera/camera/color/camera_info", self._take_colour_info, sensor),
@@ -115,13 +119,19 @@ class TargetLocalizer(StageNode):
         self.get_logger().info(f"{self._settings.camera_frame} is placed in {self._settings.base_frame}")
 
     def _take_extrinsics(self, message: Extrinsics) -> None:
-        self._guarded("extrinsics", lambda: setattr(self._session, "T_colour_depth", transform_from_extrinsics(message)))
+        self._guarded(
+            "extrinsics", lambda: setattr(self._session, "T_colour_depth", transform_from_extrinsics(message))
+        )
 
     def _take_colour_info(self, message: CameraInfo) -> None:
-        self._guarded("colour camera_info", lambda: setattr(self._session, "colour_camera", pinhole_from_info(message)))
+        self._guarded(
+            "colour camera_info", lambda: setattr(self._session, "colour_camera", pinhole_from_info(message))
+        )
 
     def _take_depth_info(self, message: CameraInfo) -> None:
-        self._guarded("depth camera_info", lambda: setattr(self._session, "depth_camera", pinhole_from_info(message)))
+        self._guarded(
+            "depth camera_info", lambda: setattr(self._session, "depth_camera", pinhole_from_info(message))
+        )
 
     def _take_labels(self, message: LabelInfo) -> None:
         self._session.names = tuple(entry.class_name for entry in message.class_map)
@@ -170,7 +180,9 @@ class TargetLocalizer(StageNode):
         self._surface.publish(cloud_from_surface(points, header))
         self._problems.pop("surface", None)
 
-    def _select(self, request: SelectRegion.Request, response: SelectRegion.Response) -> SelectRegion.Response:
+    def _select(
+        self, request: SelectRegion.Request, response: SelectRegion.Response
+    ) -> SelectRegion.Response:
         try:
             self._session.select(request.region)
         except UnknownRegionError as error:
@@ -183,9 +195,13 @@ class TargetLocalizer(StageNode):
         if not status.good:
             self.report(WARN, status.message, **values)
         elif problems := dict(self._problems):
-            self.report(ERROR, "; ".join(f"{name}: {problem}" for name, problem in problems.items()), **values)
+            self.report(
+                ERROR, "; ".join(f"{name}: {problem}" for name, problem in problems.items()), **values
+            )
         elif not self._static_sent:
-            self.report(WARN, "no static transforms of the camera; does its driver publish /tf_static?", **values)
+            self.report(
+                WARN, "no static transforms of the camera; does its driver publish /tf_static?", **values
+            )
         else:
             self.report(OK, status.message, **values)
 

@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit
 
-EDGE = 0.06   # greatest step of depth inside a triangle, relative to its depth
+EDGE = 0.06  # greatest step of depth inside a triangle, relative to its depth
 
 
 @njit(cache=True, nogil=True)
-def draw(depth, part, rays, transform, intrinsics, distortion, corner, stride, buffer):
+def draw(depth, part, rays, transform, intrinsics, distortion, widest, corner, stride, buffer):
     """Draw a part of a depth picture into a grid of pixels of another camera.
 
     Args:
@@ -17,6 +17,7 @@ def draw(depth, part, rays, transform, intrinsics, distortion, corner, stride, b
         transform: Depth camera to other camera, shape (4, 4).
         intrinsics: (fx, fy, cx, cy) of the other camera [px].
         distortion: Its (k1, k2, p1, p2, k3).
+        widest: Distance from the axis, as tangent, at which its lens model ends.
         corner: Pixel (u, v) of the grid's first point.
         stride: Pixels between points of the grid.
         buffer: Inverse depth [1/m] in the other camera, shape (h, w), 0 = none; updated in place.
@@ -27,7 +28,7 @@ def draw(depth, part, rays, transform, intrinsics, distortion, corner, stride, b
         now, before = j % 2, (j + 1) % 2
         for i in range(width):
             z, ray = depth[part[1] + j, part[0] + i], rays[part[1] + j, part[0] + i]
-            place[now, i] = _place(z * ray[0], z * ray[1], z, transform, intrinsics, distortion)
+            place[now, i] = _place(z * ray[0], z * ray[1], z, transform, intrinsics, distortion, widest)
             place[now, i, 0] = (place[now, i, 0] - corner[0]) / stride
             place[now, i, 1] = (place[now, i, 1] - corner[1]) / stride
         for i in range(width - 1 if j > 0 else 0):
@@ -44,9 +45,9 @@ def draw(depth, part, rays, transform, intrinsics, distortion, corner, stride, b
                 _triangle(bu, bv, bw, cu, cv, cw, du, dv, dw, buffer)
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _place(x, y, z, transform, intrinsics, distortion):
-    """Pixel and inverse depth (u, v, 1/Z) of a point; NaN when it has no depth or lies behind the camera."""
+@njit(cache=True, nogil=True)
+def _place(x, y, z, transform, intrinsics, distortion, widest):
+    """Pixel and inverse depth (u, v, 1/Z) of a point; NaN without depth or out of the camera's view."""
     depth = transform[2, 0] * x + transform[2, 1] * y + transform[2, 2] * z + transform[2, 3]
     if not (z > 0.0 and depth > 0.0):
         return np.nan, np.nan, np.nan
@@ -54,6 +55,8 @@ def _place(x, y, z, transform, intrinsics, distortion):
     py = (transform[1, 0] * x + transform[1, 1] * y + transform[1, 2] * z + transform[1, 3]) / depth
     k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
     r2 = px * px + py * py
+    if r2 > widest * widest:
+        return np.nan, np.nan, np.nan
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
     u = px * radial + 2.0 * p1 * px * py + p2 * (r2 + 2.0 * px * px)
     v = py * radial + p1 * (r2 + 2.0 * py * py) + 2.0 * p2 * px * py

@@ -14,7 +14,7 @@ T_TOOL_MARKER = transform_from(Rotation.from_rotvec([0.1, -0.05, 0.4]).as_matrix
 
 
 def arm_poses(count, rng):
-    """T_base_tool with the marker 0.45 to 0.65 m before the camera, tilted up to 35 degrees about all axes."""
+    """T_base_tool with the marker 0.45 to 0.65 m before the camera, tilted up to 35 degrees."""
     poses = []
     for _ in range(count):
         tilt = Rotation.from_rotvec(rng.uniform(-0.6, 0.6, 3)).as_matrix()
@@ -33,10 +33,15 @@ def marker_view(T_base_tool, rng, noise=0.0):
 
 
 def draw_marker(T_base_tool, rng, marker_id=MARKER_ID, noise=2.0):
-    """A grey picture of the marker on a white board, drawn pixel by pixel along the camera's rays, 3x3 per pixel."""
+    """A grey picture of the marker on a white board, three by three rays to the pixel."""
     cells = 40
-    print_ = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(DICTIONARY), marker_id, 7 * cells)
-    sheet = cv2.copyMakeBorder(print_, 2 * cells, 2 * cells, 2 * cells, 2 * cells, cv2.BORDER_CONSTANT, value=255)
+    print_ = cv2.aruco.generateImageMarker(
+        cv2.aruco.getPredefinedDictionary(DICTIONARY), marker_id, 7 * cells
+    )
+    light = np.where(print_ > 127, 0.8, 0.04).astype(np.float32)
+    sheet = cv2.copyMakeBorder(
+        light, 2 * cells, 2 * cells, 2 * cells, 2 * cells, cv2.BORDER_CONSTANT, value=0.8
+    )
     T_marker_camera = inverse(inverse(T_BASE_CAMERA) @ T_base_tool @ T_TOOL_MARKER)
     picture = np.zeros((CAMERA.height, CAMERA.width))
     offsets = (-1.0 / 3.0, 0.0, 1.0 / 3.0)
@@ -49,8 +54,11 @@ def draw_marker(T_base_tool, rng, marker_id=MARKER_ID, noise=2.0):
             scale = 7 * cells / MARKER_SIZE
             column = (x * scale + 5.5 * cells - 0.5).astype(np.float32)
             row = (-y * scale + 5.5 * cells - 0.5).astype(np.float32)
-            picture += cv2.remap(sheet, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=110)
-    picture = picture / 9.0 + rng.normal(0.0, noise, picture.shape)
+            picture += cv2.remap(
+                sheet, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0.3
+            )
+    # Light is averaged over a pixel; a camera writes it down with a gamma.
+    picture = 255.0 * (picture / 9.0) ** (1.0 / 2.2) + rng.normal(0.0, noise, picture.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
 
@@ -59,5 +67,5 @@ _CACHE = {}
 
 def _rays(du, dv):
     if (du, dv) not in _CACHE:
-        _CACHE[du, dv] = CAMERA.directions(CAMERA.pixel_grid() + (du, dv))
+        _CACHE[du, dv] = CAMERA.directions(CAMERA.pixel_grid() + np.array([du, dv]))
     return _CACHE[du, dv]

@@ -1,4 +1,4 @@
-"""An analytic scene for tests: a sphere, cylinder or plane of skin before a wall, seen by a D455-like pair."""
+"""An analytic scene for tests: spheres, cylinders, planes, seen by a pair of cameras like a D455's."""
 
 import numpy as np
 from bathbot_depthcorr.pinhole import Pinhole
@@ -8,8 +8,10 @@ from scipy.spatial.transform import Rotation
 
 DEPTH = Pinhole(424, 240, 212.0, 212.0, 211.6, 120.4)
 COLOUR = Pinhole(424, 240, 209.5, 209.3, 212.2, 119.8, (-0.0565, 0.0688, -0.00072, -0.00002, -0.0224))
-T_COLOUR_DEPTH = transform_from(Rotation.from_rotvec([0.002, -0.003, 0.001]).as_matrix(), (-0.059, 0.0003, 0.0002))
-FB = 212.0 * 0.095   # focal length times baseline [px m] of the depth camera
+T_COLOUR_DEPTH = transform_from(
+    Rotation.from_rotvec([0.002, -0.003, 0.001]).as_matrix(), (-0.059, 0.0003, 0.0002)
+)
+FB = 212.0 * 0.095  # focal length times baseline [px m] of the depth camera
 
 # The camera hangs on a mast beside the base and looks at a point in front of it.
 _EYE, _LOOK_AT = np.array([-0.12, 0.35, 0.62]), np.array([0.50, 0.0, 0.25])
@@ -20,7 +22,8 @@ T_BASE_DEPTH = T_BASE_COLOUR @ T_COLOUR_DEPTH
 
 
 def sphere(centre, radius):
-    """Distances along rays, shape (...), from an origin to a sphere, all in one frame; NaN where they miss."""
+    """Shares of rays, shape (...), from an origin to a sphere, in one frame; NaN where they miss."""
+
     def cast(origin, rays):
         length = np.linalg.norm(rays, axis=-1)
         unit = rays / length[..., None]
@@ -29,6 +32,7 @@ def sphere(centre, radius):
         root = b * b - (offset @ offset - radius**2)
         with np.errstate(invalid="ignore"):
             return (-b - np.sqrt(root)) / length
+
     return cast
 
 
@@ -42,6 +46,23 @@ def cylinder(point, axis, radius):
         a, b, c = (flat * flat).sum(-1), flat @ offset, offset @ offset - radius**2
         with np.errstate(invalid="ignore", divide="ignore"):
             return (-b - np.sqrt(b * b - a * c)) / a
+
+    return cast
+
+
+def rod(start, end, radius):
+    """A capsule: a cylinder between two points with half spheres at its ends."""
+    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    side, caps = cylinder(start, end - start, radius), (sphere(start, radius), sphere(end, radius))
+
+    def cast(origin, rays):
+        share = side(origin, rays)
+        place = (origin + share[..., None] * rays - start) @ (end - start) / ((end - start) @ (end - start))
+        shares = [np.where((place >= 0.0) & (place <= 1.0), share, np.inf)]
+        shares += [np.nan_to_num(cap(origin, rays), nan=np.inf) for cap in caps]
+        nearest = np.min(shares, axis=0)
+        return np.where(np.isfinite(nearest), nearest, np.nan)
+
     return cast
 
 
@@ -52,6 +73,7 @@ def plane(point, normal):
         with np.errstate(divide="ignore"):
             share = (np.asarray(point) - origin) @ normal / (rays @ normal)
         return np.where(share > 0.0, share, np.nan)
+
     return cast
 
 

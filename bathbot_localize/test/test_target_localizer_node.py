@@ -6,7 +6,6 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 import rclpy
 from bathbot_depthcorr.messages import (
     extrinsics_from_transform,
@@ -27,20 +26,31 @@ from bathbot_localize.messages import (
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.target import localization_error
 from bathbot_localize.target_localizer_node import TargetLocalizer
-from bathbot_msgs.msg import ContactTargets
-from bathbot_msgs.srv import SelectRegion
 from diagnostic_msgs.msg import DiagnosticArray
 from localize_scene import (
-    COLOUR, DEPTH, T_BASE_COLOUR, T_COLOUR_DEPTH, box_around, hit, pixel_of, plane, render, sphere, with_noise,
+    COLOUR,
+    DEPTH,
+    T_BASE_COLOUR,
+    T_COLOUR_DEPTH,
+    box_around,
+    hit,
+    pixel_of,
+    plane,
+    render,
+    sphere,
+    with_noise,
 )  # fmt: skip
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection2DArray
+
+from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_msgs.msg import ContactTargets
+from bathbot_msgs.srv import SelectRegion
 
 BALL = sphere((0.55, 0.0, 0.25), 0.15)
 T_LINK_COLOUR = transform_from([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0.0, 0.059, 0.0))
@@ -105,14 +115,18 @@ class World:
         listen(ContactTargets, "contact_targets", self.targets.append, 10)
         listen(PointCloud2, "surface", self.surfaces.append, 5)
         listen(TFMessage, "/tf_static", self.statics.append, LATCHED)
-        listen(DiagnosticArray, "/diagnostics", lambda message: self.status.append(message.status[0].message), 10)
+        listen(
+            DiagnosticArray, "/diagnostics", lambda message: self.status.append(message.status[0].message), 10
+        )
         self.client = node.create_client(SelectRegion, "select_region")
 
     def publish_fixed(self):
         self.extrinsics.publish(extrinsics_from_transform(T_COLOUR_DEPTH))
         header = Header(frame_id="camera_link")
         self.static.publish(
-            TFMessage(transforms=[stamped_from_transform(T_LINK_COLOUR, header, "camera_color_optical_frame")])
+            TFMessage(
+                transforms=[stamped_from_transform(T_LINK_COLOUR, header, "camera_color_optical_frame")]
+            )
         )
 
     def publish_pictures(self, depth=None):
@@ -145,7 +159,9 @@ def world(ros, tmp_path):
 
 def test_pictures_become_a_target_a_surface_and_the_place_of_the_camera(world):
     world.publish_fixed()
-    wait_for(lambda: world.targets and world.targets[-1].targets and world.surfaces, every=world.publish_pictures)
+    wait_for(
+        lambda: world.targets and world.targets[-1].targets and world.surfaces, every=world.publish_pictures
+    )
     message = world.targets[-1]
     (target,) = targets_from_contact(message)
     assert message.header.frame_id == "base_link"
@@ -162,7 +178,10 @@ def test_pictures_become_a_target_a_surface_and_the_place_of_the_camera(world):
     assert np.nanmedian(np.abs(distance - 0.15)) < 0.002
 
     camera = [
-        entry for message in world.statics for entry in transforms_from_tf(message) if entry.child == "camera_link"
+        entry
+        for message in world.statics
+        for entry in transforms_from_tf(message)
+        if entry.child == "camera_link"
     ]
     assert camera[0].parent == "base_link"
     np.testing.assert_allclose(camera[0].transform, T_BASE_COLOUR @ inverse(T_LINK_COLOUR), atol=1e-9)
@@ -173,7 +192,10 @@ def test_no_depth_gives_an_empty_list_and_a_reason(world):
     empty = np.full_like(world.clean, np.nan)
     wait_for(lambda: world.targets, every=lambda: world.publish_pictures(empty))
     assert world.targets[-1].targets == []
-    wait_for(lambda: any("no depth on skin" in text for text in world.status), every=lambda: world.publish_pictures(empty))
+    wait_for(
+        lambda: any("no depth on skin" in text for text in world.status),
+        every=lambda: world.publish_pictures(empty),
+    )
     assert not world.surfaces
 
 

@@ -8,11 +8,12 @@ from bathbot_perception.classes import SKIN_CLASSES  # noqa: E402
 from bathbot_perception.detector import load  # noqa: E402
 from bathbot_perception.errors import ModelError  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
+from bathbot_perception.training.batches import Batch  # noqa: E402
 from bathbot_perception.training.checkpoint import read_state  # noqa: E402
 from bathbot_perception.training.export import export  # noqa: E402
 from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
 from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
-from bathbot_perception.training.pace import Pace  # noqa: E402
+from bathbot_perception.training.parallel import ParallelGradient, split_batch  # noqa: E402
 from bathbot_perception.training.train import train  # noqa: E402
 from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
 from bathbot_perception.voc import Annotation, write_annotation  # noqa: E402
@@ -79,11 +80,22 @@ def test_the_rate_warms_up_and_falls():
     assert rate_at(100, 1.0, settings) == pytest.approx(1e-4)
 
 
-def test_the_faster_number_of_threads_wins():
-    pace = Pace(2, every=20, trial=5)
-    for _ in range(60):
-        pace.took(0.5 if pace.threads == 1 else 2.0)
-    assert pace.threads == 1
+def test_two_threads_give_the_mean_gradient_of_their_halves():
+    torch.manual_seed(0)
+    batch = Batch(
+        torch.rand(4, 3, 64, 64), torch.tensor([[0, 2, 30.0, 30, 20, 20], [3, 1, 20.0, 40, 10, 30]])
+    )
+    model = Yolov5s(6, ANCHORS)
+    both = ParallelGradient(model, 2)
+    both.compute(batch)
+    together = model.heads[0].weight.grad.clone()
+    model.zero_grad()
+    alone = ParallelGradient(model, 1)
+    for part in split_batch(batch, 2):
+        alone.compute(part)  # gradients add up
+    assert torch.allclose(together, model.heads[0].weight.grad / 2, atol=1e-4)
+    both.close()
+    alone.close()
 
 
 @pytest.fixture

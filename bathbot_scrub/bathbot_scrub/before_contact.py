@@ -1,12 +1,14 @@
 """What was seen of the skin before the arm came in front of it."""
 
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.errors import NotReadyError, SurfaceError
-from bathbot_scrub.scrub_job import ArmMode, ArmReport, Sighting
+from bathbot_scrub.scrub_job import ArmMode, ArmReport
+from bathbot_scrub.surface_map import Sighting
 
 Array = NDArray[np.float64]
 
@@ -18,14 +20,24 @@ class SeenTarget(NamedTuple):
     T_base_target: Array
 
 
-class BeforeContact:
-    """Keeps the last surface and the last target of each region from the time the arm was free."""
+_SPARSE = 0.18  # between surfaces kept of the last breaths [s]
 
-    def __init__(self, max_age: float) -> None:
-        """Remember for `max_age` [s]."""
-        self._max_age = max_age
+
+class BeforeContact:
+    """Keeps the last surface and the last target of each region from the time the arm was free.
+
+    Topics overtake each other: what was seen counts once the arm has said again that it is free. And,
+    whatever the arm did, some surfaces of the last seconds: they tell how the person breathes.
+    """
+
+    def __init__(self, max_age: float, breath_window: float) -> None:
+        """Remember for `max_age` [s], and surfaces of the last `breath_window` [s]."""
+        self._max_age, self._breath_window = max_age, breath_window
+        self._recent: deque[Sighting] = deque()
         self._surface: Sighting | None = None
+        self._fresh_surface: Sighting | None = None
         self._targets: dict[str, SeenTarget] = {}
+        self._fresh_targets: dict[str, SeenTarget] = {}
         self._report: ArmReport | None = None
 
     @property
@@ -41,17 +53,31 @@ class BeforeContact:
 
     def see_arm(self, report: ArmReport) -> None:
         """Take in what the arm says."""
+        if self._free and report.mode == ArmMode.FREE:
+            self._surface = self._fresh_surface or self._surface
+            self._targets |= self._fresh_targets
+        if report.mode != ArmMode.FREE:
+            self._fresh_surface, self._fresh_targets = None, {}
         self._report = report
 
     def see_targets(self, targets: dict[str, Array], stamp: float) -> None:
         """Take in contact targets, region -> T_base_target, of time `stamp` [s], if the arm is free."""
         if self._free:
-            self._targets.update({region: SeenTarget(stamp, pose) for region, pose in targets.items()})
+            self._fresh_targets |= {region: SeenTarget(stamp, pose) for region, pose in targets.items()}
 
     def see_surface(self, sighting: Sighting) -> None:
-        """Take in a surface, if the arm is free."""
+        """Take in a surface; it counts as unhidden if the arm is free."""
         if self._free:
-            self._surface = sighting
+            self._fresh_surface = sighting
+        if not self._recent or sighting.stamp - self._recent[-1].stamp >= _SPARSE:
+            self._recent.append(sighting)
+        while self._recent[0].stamp < sighting.stamp - self._breath_window:
+            self._recent.popleft()
+
+    @property
+    def recent(self) -> tuple[Sighting, ...]:
+        """Surfaces of the last breaths, the oldest first."""
+        return tuple(self._recent)
 
     def recall(self, region: str, now: float) -> tuple[Sighting, Array]:
         """The surface and the target, shape (4, 4), to plan on at time `now` [s].
@@ -62,7 +88,8 @@ class BeforeContact:
         """
         if self.arm.mode != ArmMode.CONTACT:
             raise NotReadyError(
-                f"the arm is in {self.arm.mode.name}, not in CONTACT; send it to the target by action approach first"
+                f"the arm is in {self.arm.mode.name}, not in CONTACT; "
+                "send it to the target by action approach first"
             )
         if region not in self._targets:
             raise SurfaceError(
@@ -71,13 +98,14 @@ class BeforeContact:
             )
         if self._surface is None:
             raise SurfaceError("no surface was seen while the arm was free; is target_localizer active?")
-        for what, stamp in (("surface", self._surface.stamp), ("contact target", self._targets[region].stamp)):
+        target = self._targets[region]
+        for what, stamp in (("surface", self._surface.stamp), ("contact target", target.stamp)):
             if now - stamp > self._max_age:
                 raise SurfaceError(
                     f"the {what} seen while the arm was free is {now - stamp:.0f} s old, allowed are "
                     f"{self._max_age:.0f} s (surface_max_age); retract, home and look again"
                 )
-        return self._surface, self._targets[region].T_base_target
+        return self._surface, target.T_base_target
 
     @property
     def _free(self) -> bool:

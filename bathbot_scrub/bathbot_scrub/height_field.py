@@ -70,6 +70,12 @@ class HeightField:
         self.height = np.asarray(height, dtype=float)
         self.valid = valid & np.isfinite(self.height)
 
+    @cached_property
+    def slope(self) -> Array:
+        """Rise along x and along y at the nodes, shape (rows, columns, 2)."""
+        along_y, along_x = np.gradient(_filled(self.height, self.valid), self.grid.cell)
+        return np.stack([along_x, along_y], axis=-1)
+
     def transposed(self) -> "HeightField":
         """The same surface with x and y exchanged (which mirrors it)."""
         grid = replace(self.grid, half_length=self.grid.half_width, half_width=self.grid.half_length)
@@ -108,17 +114,14 @@ class HeightField:
 
     def is_skin(self, plane: ArrayLike) -> Mask:
         """Whether plane positions (x, y) [m], shape (N, 2), lie over valid nodes, shape (N,)."""
-        row, column = np.rint(self._index(np.asarray(plane, dtype=float))).astype(int)
-        rows, columns = self.valid.shape
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        result = np.zeros(len(inside), dtype=bool)
-        result[inside] = self.valid[row[inside], column[inside]]
-        return result
+        row, column, inside = self.grid.cells_of(plane)
+        return inside & self.valid[row, column]
 
     def _index(self, plane: Array) -> Array:
         """Fractional (row, column) of plane positions, shape (N, 2) -> (2, N)."""
         rows, columns = self.height.shape
-        return np.stack([plane[:, 1] / self.grid.cell + rows // 2, plane[:, 0] / self.grid.cell + columns // 2])
+        steps = plane / self.grid.cell
+        return np.stack([steps[:, 1] + rows // 2, steps[:, 0] + columns // 2])
 
 
 def _filled(values: Array, known: Mask) -> Array:

@@ -36,7 +36,8 @@ def joints_from_state(message: JointState) -> Array:
     """
     angles = dict(zip(message.name, message.position, strict=False))
     if not set(JOINT_NAMES) <= set(angles):
-        raise NotReadyError(f"joint_states names {', '.join(message.name)}; needed are {', '.join(JOINT_NAMES)}")
+        named, needed = ", ".join(message.name), ", ".join(JOINT_NAMES)
+        raise NotReadyError(f"joint_states names {named}; needed are {needed}; is that of another arm?")
     return np.array([angles[name] for name in JOINT_NAMES])
 
 

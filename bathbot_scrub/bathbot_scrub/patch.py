@@ -18,6 +18,7 @@ from bathbot_scrub.errors import SurfaceError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Index = NDArray[np.int_]
 
 
 class Cells(NamedTuple):
@@ -86,18 +87,36 @@ class PatchGrid:
         """Points of the patch frame in the base frame [m], shape (..., 3)."""
         return transform_points(self.T_base_patch, points_patch)
 
-    def bin(self, points_patch: ArrayLike) -> Cells:
-        """Sort points of the patch frame [m], shape (N, 3), into the cells; those outside are left out."""
-        points = np.asarray(points_patch, dtype=float)
+    def cells_of(self, plane: ArrayLike) -> tuple[Index, Index, Mask]:
+        """Cells under positions (x, y) [m], shape (N, 2): rows, columns, and which of them exist, (N,)."""
+        plane = np.asarray(plane, dtype=float)
         rows, columns = len(self.y), len(self.x)
-        column = np.rint(points[:, 0] / self.cell).astype(int) + columns // 2
-        row = np.rint(points[:, 1] / self.cell).astype(int) + rows // 2
+        column = np.rint(plane[:, 0] / self.cell).astype(int) + columns // 2
+        row = np.rint(plane[:, 1] / self.cell).astype(int) + rows // 2
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        index = row[inside] * columns + column[inside]
-        count = np.bincount(index, minlength=rows * columns).astype(float)
-        total = np.bincount(index, points[inside, 2], minlength=rows * columns)
-        height = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0.0)
-        return Cells(height.reshape(rows, columns), count.reshape(rows, columns))
+        return np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1), inside
+
+    def bin(self, points_patch: ArrayLike, slope: Array | None = None) -> Cells:
+        """Sort points into the cells; those outside are left out.
+
+        Args:
+            points_patch: Points of the patch frame [m], shape (N, 3), finite.
+            slope: Rise of the surface along x and y in each cell, shape (rows, columns, 2), along which
+                heights are carried to the middle of the cell; nothing: not at all.
+        """
+        points = np.asarray(points_patch, dtype=float)
+        row, column, inside = self.cells_of(points[:, :2])
+        row, column, points = row[inside], column[inside], points[inside]
+        height = points[:, 2]
+        if slope is not None:
+            off_middle = points[:, :2] - np.column_stack([self.x[column], self.y[row]])
+            height = height - np.sum(slope[row, column] * off_middle, axis=1)
+        shape = len(self.y), len(self.x)
+        index, size = row * shape[1] + column, shape[0] * shape[1]
+        count = np.bincount(index, minlength=size).astype(float)
+        total = np.bincount(index, height, minlength=size).astype(float)
+        mean = np.divide(total, count, out=np.full(size, np.nan), where=count > 0.0)
+        return Cells(mean.reshape(shape), count.reshape(shape))
 
 
 def patch_frame(T_base_target: ArrayLike) -> Array:

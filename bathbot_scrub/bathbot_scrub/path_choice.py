@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from bathbot_scrub.errors import SurfaceError
 from bathbot_scrub.height_field import HeightField
-from bathbot_scrub.patch import Mask, PatchGrid
+from bathbot_scrub.patch import Mask
 from bathbot_scrub.scan_lines import Ground, ScanPath, line_offsets, scan_paths, skin_distance
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
@@ -79,22 +79,14 @@ def candidates(field: HeightField, patch: Patch, settings: ScrubPlannerSettings)
 
 def washed(plane: ArrayLike, patch: Patch, radius: float) -> Mask:
     """Cells of a patch within `radius` [m] of positions (x, y) [m], shape (N, 2) -> (rows, columns)."""
-    row, column = cells_of(plane, patch.ground.grid)
+    row, column, _ = patch.ground.grid.cells_of(plane)
     far = np.ones(patch.skin.shape, dtype=bool)
     far[row, column] = False
     return patch.skin & (ndimage.distance_transform_edt(far) * patch.ground.grid.cell <= radius)
 
 
-def cells_of(plane: ArrayLike, grid: PatchGrid) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Row and column of the cells nearest to positions (x, y) [m], shape (N, 2)."""
-    plane = np.asarray(plane, dtype=float)
-    column = np.rint(plane[:, 0] / grid.cell).astype(int) + len(grid.x) // 2
-    row = np.rint(plane[:, 1] / grid.cell).astype(int) + len(grid.y) // 2
-    return np.clip(row, 0, len(grid.y) - 1), np.clip(column, 0, len(grid.x) - 1)
-
-
 def around_target(mask: Mask) -> Mask:
-    """The connected part of a mask that holds the middle cell, shape (rows, columns); empty if that is false."""
+    """The connected part of a mask that holds the middle cell, shape (rows, columns); may be empty."""
     labels, _ = ndimage.label(mask)
     middle = labels[mask.shape[0] // 2, mask.shape[1] // 2]
     return (labels == middle) & mask if middle else np.zeros_like(mask)

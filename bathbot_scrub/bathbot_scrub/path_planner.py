@@ -11,10 +11,10 @@ from bathbot_scrub.height_field import HeightField
 from bathbot_scrub.patch import Mask, PatchGrid, patch_frame
 from bathbot_scrub.path_choice import Patch, around_target, candidates, choose_patch, washed
 from bathbot_scrub.reach import Reach
-from bathbot_scrub.scan_lines import Ground, line_offsets, scan_paths, skin_distance
+from bathbot_scrub.scan_lines import Ground
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segments import Joint, Segment, SegmentShaper
-from bathbot_scrub.surface_map import SurfaceMap
+from bathbot_scrub.surface_map import Sighting, SurfaceMap
 from bathbot_scrub.tool_pose import head_poses, head_rotations
 
 Array = NDArray[np.float64]
@@ -32,6 +32,7 @@ class Task(NamedTuple):
         T_base_head: Where the head stands in contact, shape (4, 4); nothing: at the target.
         joints: Joint angles there [rad], shape (6,); nothing: reach is not checked.
         max_length: Of the path [m]; 0: the whole patch.
+        recent: Surfaces of the last breaths, which tell the mean height of the skin.
     """
 
     surface: Array
@@ -40,6 +41,7 @@ class Task(NamedTuple):
     T_base_head: Array | None = None
     joints: Array | None = None
     max_length: float = 0.0
+    recent: tuple[Sighting, ...] = ()
 
 
 class PathPlanner:
@@ -62,6 +64,8 @@ class PathPlanner:
             settings.cell,
         )
         self.map = SurfaceMap(grid, task.surface, task.stamp, settings)
+        for sighting in task.recent:
+            self.map.recall(sighting.decode(), sighting.stamp)
         self.grid = grid
         field = self.map.field()
         self._tip, self._rotation = self._head_in_patch()
@@ -73,7 +77,7 @@ class PathPlanner:
     def summary(self) -> str:
         """The path in plain words."""
         length = self._settings.step * (len(self.poses) - 1)
-        return f"{length:.2f} m of path on {self.scan.lines} lines; {self.reached:.0%} of the patch is in reach"
+        return f"{length:.2f} m of path on {self.scan.lines} lines; it washes {self.reached:.0%} of the patch"
 
     @property
     def fraction(self) -> float:
@@ -159,13 +163,15 @@ class PathPlanner:
             laid = self._whole(shaper, joint, field)
             followed, why = (len(laid), "") if self._reach is None else self._reach.follow(laid)
             plane = self.grid.to_patch(laid[:followed, :3, 3])[:, :2]
-            share = washed(plane, whole, radius).sum() / max(washed(candidate.path.plane, whole, radius).sum(), 1)
-            if candidate.worth * share > best:
-                best, reason, poses = candidate.worth * share, why, laid[:followed]
+            worth = candidate.worth * washed(plane, whole, radius).sum()
+            worth /= max(washed(candidate.path.plane, whole, radius).sum(), 1)
+            if worth > best:
+                best, reason, poses = worth, why, laid[:followed]
                 self._shaper, self._joint, self.scan = shaper, joint, candidate.path
         self.reached = best / max(possible, 1.0)
         if self.reached < settings.min_reach:
-            raise OutOfReachError(self.reached, settings.min_reach, reason or "joint limits or length of the arm")
+            reason = reason or "joint limits or length of the arm"
+            raise OutOfReachError(self.reached, settings.min_reach, reason)
         if self._task.max_length > 0.0:
             poses = poses[: int(self._task.max_length / settings.step) + 1]
         return poses

@@ -27,16 +27,18 @@ class Reach:
         self._branch = int(np.nanargmin(np.abs(wrap(solutions - chosen)).max(axis=-1)))
 
     def holds(self, poses: ArrayLike, easily: bool = False) -> Mask:
-        """Which head poses, shape (N, 4, 4), have a solution inside the limits on this branch, shape (N,).
+        """Which head poses have a solution inside the limits on this branch, shape (N,).
 
         Args:
+            poses: T_base_head, shape (N, 4, 4).
             easily: Only those off the limits and off the posture in which the wrist is straight: a path
                 that passes near it would make joint 4 swing round.
         """
         solutions = solve_head(self._kinematics, poses)[..., self._branch, :]
         if not easily:
             return np.isfinite(solutions).all(axis=-1)
-        return RM65_LIMITS.contain(solutions, _OFF_LIMITS) & (np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT)
+        bent = np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT
+        return RM65_LIMITS.contain(solutions, _OFF_LIMITS) & bent
 
     def follow(self, poses: ArrayLike) -> tuple[int, str]:
         """How many head poses, shape (N, 4, 4), the arm can follow one after the other from where it stands.

@@ -53,12 +53,8 @@ class Ground(NamedTuple):
 
     def bears(self, plane: ArrayLike) -> Mask:
         """Whether positions (x, y) [m], shape (N, 2), lie on allowed cells, shape (N,)."""
-        plane = np.asarray(plane, dtype=float)
-        rows, columns = self.allowed.shape
-        column = np.rint(plane[:, 0] / self.grid.cell).astype(int) + columns // 2
-        row = np.rint(plane[:, 1] / self.grid.cell).astype(int) + rows // 2
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        return inside & self.allowed[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
+        row, column, inside = self.grid.cells_of(plane)
+        return inside & self.allowed[row, column]
 
 
 def skin_distance(field: HeightField) -> tuple[Array, Array]:
@@ -89,13 +85,13 @@ def line_offsets(field: HeightField, ground: Ground, width: float, spacing: floa
     y = np.arange(field.grid.y[0], field.grid.y[-1] + STEP / 2, STEP)
     wide = ground.allowed.sum(axis=1) * field.grid.cell >= spacing
     wide[len(wide) // 2] = True
-    flags = np.interp(y, field.grid.y, wide) > 0.5
+    flags = np.interp(y, field.grid.y, wide) > 0.99
     low, high = _run_around(flags, int(np.argmin(np.abs(y))))
     profile = field.points_at(np.column_stack([np.zeros_like(y), y]))
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])
     along -= along[np.argmin(np.abs(y))]
     first, last = max(along[low], -width / 2.0), min(along[high], width / 2.0)
-    count = int(np.ceil((last - first) / spacing - 1e-6)) + 1 if last - first > spacing / 4.0 else 1
+    count = int(np.ceil((last - first) / spacing - 1e-6)) + 1 if last - first > spacing / 3.0 else 1
     wanted = np.linspace(first, last, count) if count > 1 else np.zeros(1)
     return np.interp(wanted, along, y)
 

@@ -11,9 +11,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
-import numpy as np
 from bathbot_depthcorr.errors import BathbotError
-from numpy.typing import NDArray
 
 from bathbot_scrub.errors import (
     ArmLeftError,
@@ -28,8 +26,8 @@ from bathbot_scrub.path_planner import PathPlanner
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segments import Segment
+from bathbot_scrub.surface_map import Sighting
 
-Array = NDArray[np.float64]
 _TICK = 0.05  # [s] between looks at clock and arm when nothing arrives
 
 
@@ -85,13 +83,6 @@ class Outcome(NamedTuple):
     length: float
 
 
-class Sighting(NamedTuple):
-    """A surface not decoded yet: `decode` gives points in the base frame, shape (H, W, 3); `stamp` [s]."""
-
-    stamp: float
-    decode: Callable[[], Array]
-
-
 class ScrubJob:
     """Runs one path from the first segment to its end."""
 
@@ -121,7 +112,7 @@ class ScrubJob:
         self._arm: ArmReport | None = None
         self._heard = time.monotonic()
         self._canceled = False
-        self._sent, self._length = 0, 0.0
+        self._sent, self._length, self._moved = 0, 0.0, time.monotonic()
         self._thread = threading.Thread(target=self._run, name="scrub", daemon=True)
 
     def start(self) -> None:
@@ -161,12 +152,12 @@ class ScrubJob:
         self._done(Outcome(code, message, self._sent, self._length))
 
     def _follow(self, planner: PathPlanner) -> None:
-        begin = seen = time.monotonic()
+        seen, self._moved = time.monotonic(), time.monotonic()
         while True:
             arm = self._wait()
             if self._at_end(planner, arm):
                 return
-            self._demand_contact(arm, time.monotonic() - begin)
+            self._demand_contact(arm)
             wanted = not planner.finished and self._with_arm(arm) < self._settings.ahead
             if wanted or time.monotonic() - seen > self._settings.watch_period:
                 seen = time.monotonic()
@@ -199,11 +190,12 @@ class ScrubJob:
     def _at_end(self, planner: PathPlanner, arm: ArmReport | None) -> bool:
         if arm is None or arm.path_id != self.path_id or not self._sent:
             return False
-        self._length = arm.distance_along
+        if arm.distance_along != self._length:
+            self._length, self._moved = arm.distance_along, time.monotonic()
         return planner.finished and arm.path_done
 
-    def _demand_contact(self, arm: ArmReport | None, running: float) -> None:
-        """Raise when the arm does not scrub; `running` [s] since the start."""
+    def _demand_contact(self, arm: ArmReport | None) -> None:
+        """Raise when the arm does not scrub."""
         silent = time.monotonic() - self._heard
         if silent > self._settings.arm_state_max_age:
             raise ArmStoppedError(f"arm_state has been silent for {silent:.1f} s; is rm65_driver running?")
@@ -213,10 +205,11 @@ class ScrubJob:
             raise ArmLeftError(f"the arm left the skin: {arm.reason or 'no reason given'}")
         if arm.mode != ArmMode.CONTACT:
             raise ArmStoppedError(f"the arm is in {arm.mode.name}: {arm.reason or 'no reason given'}")
-        if running > self._settings.start_timeout and arm.path_id != self.path_id:
+        if time.monotonic() - self._moved > self._settings.stall_timeout:
             raise ArmStoppedError(
-                f"the arm did not take up path {self.path_id} within {self._settings.start_timeout} s, "
-                f"it is on path {arm.path_id}; see the log of rm65_driver"
+                f"the arm did not move on along path {self.path_id} for {self._settings.stall_timeout} s, "
+                f"it is on path {arm.path_id}, segment {arm.segment_index} "
+                f"({arm.reason or 'no reason given'}); see the log of rm65_driver"
             )
 
 

@@ -32,9 +32,10 @@ from bathbot_scrub.messages import (
 from bathbot_scrub.path_planner import PathPlanner, Task
 from bathbot_scrub.reach import Reach
 from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, Sighting, code_of
+from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, code_of
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segments import Segment
+from bathbot_scrub.surface_map import Sighting
 
 
 class ScrubPlanner(StageNode):
@@ -54,7 +55,7 @@ class ScrubPlanner(StageNode):
 
     def start(self) -> None:
         """Listen to localiser and arm, and take goals."""
-        self._before = BeforeContact(self._settings.surface_max_age)
+        self._before = BeforeContact(self._settings.surface_max_age, self._settings.breath_window)
         self._job: ScrubJob | None = None
         self._head: PoseStamped | None = None
         self._joints: JointState | None = None
@@ -138,7 +139,8 @@ class ScrubPlanner(StageNode):
         if self._head is None or self._joints is None:
             raise NotReadyError("no tool_pose or joint_states yet; is rm65_driver running?")
         head, joints = transform_from_pose(self._head.pose), joints_from_state(self._joints)
-        return Task(sighting.decode(), sighting.stamp, target, head, joints, request.max_length)
+        surface, recent = sighting.decode(), self._before.recent
+        return Task(surface, sighting.stamp, target, head, joints, request.max_length, recent)
 
     def _plan(self, task: Task) -> PathPlanner:
         """Choose the path and show it; in the job's thread."""
@@ -149,9 +151,9 @@ class ScrubPlanner(StageNode):
         return planner
 
     def _send(self, goal: ServerGoalHandle, segment: Segment, seconds: float) -> None:
-        step, speed = self._settings.step, self._settings.speed
-        self._segments.publish(message_from_segment(segment, self._job.path_id, goal.request.region, step, speed))
-        under_head = self._before.arm.segment_index if self._before.arm.path_id == self._job.path_id else 0
+        step, speed, path_id = self._settings.step, self._settings.speed, self._job.path_id
+        self._segments.publish(message_from_segment(segment, path_id, goal.request.region, step, speed))
+        under_head = self._before.arm.segment_index if self._before.arm.path_id == path_id else 0
         goal.publish_feedback(Scrub.Feedback(
             segment_index=under_head, fraction=self._planner.fraction, planning_time=seconds))  # fmt: skip
         self.report(OK, f"scrubbing {goal.request.region}", segment=segment.index, planning_ms=1e3 * seconds)

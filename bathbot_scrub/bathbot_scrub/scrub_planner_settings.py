@@ -35,6 +35,8 @@ class ScrubPlannerSettings:
 
     surface_max_age: float = _about(60.0, "of the surface seen before the arm came [s]")
     lost_after: float = _about(2.0, "without skin in sight around the arm the target is lost [s]")
+    breath_window: float = _about(6.0, "of which the mean height of the skin is planned on [s]")
+    breath_range: float = _about(0.004, "from that mean; skin farther off has moved for good [m]")
     max_shift: float = _about(0.02, "of the skin along its normal since the arm came [m]")
     min_cells: int = _about(40, "cells of skin in sight, below which motion cannot be told")
     watch_period: float = _about(0.2, "between looks at the skin while no segment is due [s]")
@@ -44,14 +46,15 @@ class ScrubPlannerSettings:
     arm_variant: str = _about("6F", "of the RM65: B, 6F or 6FB; decides the reach")
     reach_margin: float = _about(0.01, "by which the skin may move along its normal and stay in reach [m]")
     arm_state_max_age: float = _about(0.5, "after which the arm counts as silent [s]")
-    start_timeout: float = _about(5.0, "for the arm to take up the first segment [s]")
+    stall_timeout: float = _about(5.0, "for the arm to take up the path, or to move on along it [s]")
 
     def __post_init__(self) -> None:
         """Refuse values that plan no path."""
         self._demand_positive(
-            "patch_length", "patch_width", "brush_diameter", "line_spacing", "depth_jump", "cell", "smoothing",
-            "step", "turn_threshold_deg", "speed", "blend", "surface_max_age", "lost_after", "max_shift",
-            "watch_period", "max_offset", "arm_state_max_age", "start_timeout", "segment_points", "ahead", "min_cells",
+            "patch_length", "patch_width", "brush_diameter", "line_spacing", "depth_jump", "smoothing",
+            "step", "breath_window", "breath_range",
+            "turn_threshold_deg", "speed", "blend", "ahead", "surface_max_age", "lost_after", "max_shift",
+            "min_cells", "watch_period", "max_offset", "arm_state_max_age", "stall_timeout",
         )  # fmt: skip
         self._demand_within(
             ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _SITE = 0.004  # between the points a spline goes through [m of plane path]
 _SLACK = 1.5  # the head's path may be this much shorter than the plane path where skin bulges out
 _TURNING = 40.0  # rate at which an orientation left over is made up for [rad/m]
+_LEAVING = 0.12  # mean slope at which an old surface is left for the new
 _LEAST = 0.4  # a rest shorter than this share of a segment is joined to it
 
 
@@ -102,7 +103,7 @@ class SegmentShaper:
         fitting = int(np.floor(along.total / step + 1e-9)) + first
         ends = bool(sites[-1] >= self.end and fitting <= count * (1.0 + _LEAST))
         number = fitting if ends else min(count, fitting)
-        if number == 0:  # the path ended within the last step: stand still there
+        if number <= first:  # the path ended within the last step: stand still there
             return head_poses(joint.turning.rotation, joint.tip)[None], joint, True
         # from the joint itself to one step beyond the last pose, which tells its rate of turning
         lengths = step * np.arange(min(number + 2 - first, fitting + 1 - first))
@@ -111,16 +112,16 @@ class SegmentShaper:
         tips, travel = np.asarray(curve(mu)), tangents(curve, mu)
         wanted = head_rotations(field.normals_at(self._at(plane_lengths)), travel)
         wanted = self._faded(wanted, joint.turning.rotation, lengths)
-        rates = rotation_rates(wanted)
-        part = slice(1 - first, 1 - first + number)
+        rates, end = rotation_rates(wanted), number - first
+        turning = joint.turning._replace(rate=rates[0]) if first else joint.turning
         threshold = np.radians(self._settings.turn_threshold_deg)
-        applied = turned_rotations(wanted[part], joint.turning, rates[part], threshold)
-        end = part.stop - 1
-        reached = Joint(float(plane_lengths[end]), tips[end], travel[end], Turning(applied[-1], rates[end]))
-        return head_poses(applied, tips[part]), reached, ends
+        turned = turned_rotations(wanted[1 : end + 1], turning, rates[1 : end + 1], threshold)
+        applied = np.concatenate([turning.rotation[None], turned])
+        reached = Joint(float(plane_lengths[end]), tips[end], travel[end], Turning(applied[end], rates[end]))
+        return head_poses(applied, tips[: end + 1])[1 - first :], reached, ends
 
     def _faded(self, wanted: Array, applied: Array, lengths: Array) -> Array:
-        """Rotations, shape (N, 3, 3), that leave the one applied at the joint for the wanted, not too fast."""
+        """Rotations, shape (N, 3, 3), that gradually leave the one applied at the joint for the wanted."""
         offset = Rotation.from_matrix(wanted[0].T @ applied).as_rotvec()
         distance = max(self._settings.blend, float(np.linalg.norm(offset)) / _TURNING)
         return wanted @ Rotation.from_rotvec(_fade(lengths / distance)[:, None] * offset).as_matrix()
@@ -134,8 +135,9 @@ class SegmentShaper:
             sites = sites[:-1]
         sites = np.concatenate([[joint.length], sites, [max(stop, joint.length + 1e-6)]])
         tips = self._tips(field, sites)
-        fade = _fade((sites - joint.length) / self._settings.blend)
-        tips += fade[:, None] * (joint.tip - tips[0])
+        offset = joint.tip - tips[0]
+        distance = max(self._settings.blend, float(np.linalg.norm(offset)) / _LEAVING)
+        tips += _fade((sites - joint.length) / distance)[:, None] * offset
         curve = fit(tips, None if np.isnan(joint.tangent).any() else joint.tangent)
         return curve, chord_parameters(tips), sites
 

@@ -5,6 +5,7 @@ new surface (NaN where the arm hides it) renews the cells in sight, and the medi
 along the normal moves the hidden ones too: breathing, sway, a sudden shift.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from bathbot_scrub.errors import TargetLostError
 from bathbot_scrub.height_field import HeightField, smooth
 from bathbot_scrub.patch import Cells, Mask, PatchGrid, around, connected_skin
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.skin_level import SkinLevel
 
 Array = NDArray[np.float64]
 _GATE = 0.05  # farther from the map a point is no skin of this patch [m]
@@ -22,6 +24,13 @@ _AGREES = 0.006  # a cell this near the moved map is fused into it [m]
 _MEMORY = 3.0  # of how many pictures a cell keeps the mean
 _RELIEF = 0.15  # height of the skin over the tangent plane at the edge of the map [m]
 _NEAREST = 0.015  # between target and its nearest pixel [m]
+
+
+class Sighting(NamedTuple):
+    """A surface not decoded yet: `decode` gives points in the base frame, shape (H, W, 3); `stamp` [s]."""
+
+    stamp: float
+    decode: Callable[[], Array]
 
 
 class Sight(NamedTuple):
@@ -39,7 +48,9 @@ class Sight(NamedTuple):
 class SurfaceMap:
     """Heights of the skin over a patch grid, kept up to date."""
 
-    def __init__(self, grid: PatchGrid, surface: Array, stamp: float, settings: ScrubPlannerSettings) -> None:
+    def __init__(
+        self, grid: PatchGrid, surface: Array, stamp: float, settings: ScrubPlannerSettings
+    ) -> None:
         """Start from the surface seen before the arm came.
 
         Args:
@@ -56,10 +67,19 @@ class SurfaceMap:
         reach = max(grid.half_length, grid.half_width) + 2.0 * grid.cell
         points = around(points, reach, _RELIEF).crop(points)
         skin = connected_skin(points, settings.depth_jump, _NEAREST)
-        self._height, self._count = grid.bin(points[skin])
-        self._weight = np.minimum(self._count, 1.0)
         self.shift = 0.0
         self.stamp = self.moved = stamp
+        self._levels = SkinLevel(settings.breath_window, settings.breath_range)
+        self._levels.add(stamp, 0.0)
+        self._height, self._count = grid.bin(points[skin])
+        self._slope = self.field().slope  # known now, it carries heights to the middle of their cells
+        self._height, self._count = grid.bin(points[skin], self._slope)
+        self._weight = np.minimum(self._count, 1.0)
+
+    @property
+    def level(self) -> float:
+        """Shift to plan on [m]; see `SkinLevel`."""
+        return self._levels.level
 
     @property
     def skin(self) -> Mask:
@@ -81,6 +101,7 @@ class SurfaceMap:
         step = float(np.median((seen.height - self._height)[both]))
         self.shift += step
         self.moved = self.stamp
+        self._levels.add(stamp, self.shift)
         self._height = self._height + step
         self._fuse(seen, both)
         if abs(self.shift) > self._settings.max_shift:
@@ -89,6 +110,14 @@ class SurfaceMap:
                 f"{self._settings.max_shift * 1000.0:.0f} mm; retract and ask for a new contact target"
             )
         return Sight(int(both.sum()), step)
+
+    def recall(self, surface: Array, stamp: float) -> None:
+        """Take in how high the skin stood in another surface, without renewing any cell from it."""
+        seen = self._bin_near(surface)
+        both = (seen.count > 0.0) & np.isfinite(self._height)
+        if both.sum() >= self._settings.min_cells:
+            offset = float(np.median((seen.height - self._height)[both]))
+            self._levels.add(stamp, self.shift + offset)
 
     def demand_in_sight(self, now: float) -> None:
         """Raise TargetLostError when the motion of the skin was last told too long before `now` [s]."""
@@ -99,19 +128,16 @@ class SurfaceMap:
             )
 
     def field(self) -> HeightField:
-        """The smooth surface as known now."""
-        cells = Cells(self._height, np.minimum(self._count, 4.0))
+        """The smooth surface to plan on."""
+        cells = Cells(self._height + (self.level - self.shift), np.minimum(self._count, 4.0))
         return HeightField(self.grid, smooth(cells, self._settings.smoothing / self.grid.cell), self.skin)
 
     def _bin_near(self, surface: Array) -> Cells:
         """Cells of the points that can be skin of the map."""
         points = self.grid.to_patch(surface[np.isfinite(surface[..., 2])])
-        column = np.rint(points[:, 0] / self.grid.cell).astype(int) + len(self.grid.x) // 2
-        row = np.rint(points[:, 1] / self.grid.cell).astype(int) + len(self.grid.y) // 2
-        inside = (row >= 0) & (row < len(self.grid.y)) & (column >= 0) & (column < len(self.grid.x))
-        points, row, column = points[inside], row[inside], column[inside]
-        near = np.abs(points[:, 2] - self._height[row, column]) < _GATE
-        return self.grid.bin(points[near])
+        row, column, inside = self.grid.cells_of(points[:, :2])
+        near = inside & (np.abs(points[:, 2] - self._height[row, column]) < _GATE)
+        return self.grid.bin(points[near], self._slope)
 
     def _fuse(self, seen: Cells, both: Mask) -> None:
         """Average cells in sight into the moved map where they agree with it."""

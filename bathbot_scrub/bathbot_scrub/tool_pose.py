@@ -106,7 +106,8 @@ def turned_rotations(
 
     The same turns as `held_rotations`, and one at the end. Between them the head turns along a cubic
     with the wanted rates at both ends: a jump of 6 deg from one point to the next would swing the
-    wrist by 28 mm, and an even turn would still jolt it at every change of rate.
+    wrist by 28 mm, and an even turn would still jolt it at every change of rate. Where a cubic would
+    stray from the wanted by more than a quarter of the threshold, the head is turned halfway too.
 
     Args:
         rotations: Wanted rotations at equal steps, shape (N, 3, 3).
@@ -114,18 +115,28 @@ def turned_rotations(
         rates: Wanted rates at each of them, as rotation vectors per step in the head's frame, shape (N, 3).
         threshold: Angle theta [rad].
     """
-    last = len(rotations) - 1
-    result = np.empty_like(rotations)
-    before, rate, done = start.rotation, start.rate, -1
-    for key in sorted({*turns(rotations, start.rotation, threshold), last}):
-        span = key - done
-        t = (np.arange(1, span + 1) / span)[:, None]
-        whole = Rotation.from_matrix(before.T @ rotations[key]).as_rotvec()
-        bend = (t**3 - 2 * t**2 + t) * span * rate + (t**3 - t**2) * span * rates[key]
-        vectors = (3 * t**2 - 2 * t**3) * whole + bend
-        result[done + 1 : key + 1] = before @ Rotation.from_rotvec(vectors).as_matrix()
-        before, rate, done = rotations[key], rates[key], key
+    result, done, before = np.empty_like(rotations), -1, start
+    for key in sorted({*turns(rotations, start.rotation, threshold), len(rotations) - 1}):
+        while done < key:
+            until = key
+            while True:
+                piece = _turn_piece(before, Turning(rotations[until], rates[until]), until - done)
+                traces = np.sum(piece * rotations[done + 1 : until + 1], axis=(1, 2))
+                if until == done + 1 or traces.min() >= 1.0 + 2.0 * np.cos(0.25 * threshold):
+                    break
+                until = (done + 1 + until) // 2
+            result[done + 1 : until + 1] = piece
+            done, before = until, Turning(rotations[until], rates[until])
     return result
+
+
+def _turn_piece(start: Turning, end: Turning, steps: int) -> Array:
+    """Rotations of the cubic from `start` (left out) to `end`, shape (steps, 3, 3)."""
+    t = (np.arange(1, steps + 1) / steps)[:, None]
+    whole = Rotation.from_matrix(start.rotation.T @ end.rotation).as_rotvec()
+    bend = ((t**3 - 2.0 * t**2 + t) * start.rate + (t**3 - t**2) * end.rate) * steps
+    vectors = (3.0 * t**2 - 2.0 * t**3) * whole + bend
+    return start.rotation @ Rotation.from_rotvec(vectors).as_matrix()
 
 
 def rotation_rates(rotations: ArrayLike) -> Array:

@@ -1,20 +1,20 @@
 """The arm as the camera sees it: the capsules of `bathbot_localize.arm_shape`, and a brush with bristles.
 
-The camera's masks are made from the same capsules; the arm drawn here is a little thinner than they say, as they were
-taken from outlines on the wide side.
+The camera's masks are made from the same capsules; the arm drawn here is a little thinner than they say, as
+they were taken from outlines on the wide side.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from bathbot_bringup.sim.render_mesh import Mesh, capsule_shape, cylinder_shape, merged, plain_mesh
 from bathbot_depthcorr.rigid import transform_points
 from bathbot_localize.arm_shape import RM65_CAPSULES
 from bathbot_scrub.rm65.kinematics import LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from numpy.typing import ArrayLike, NDArray
 
-SLIMMER = 0.003  # [m] than the capsules, and a little more along the arm, so that no two surfaces coincide
+from bathbot_bringup.sim.render_mesh import Mesh, capsule_shape, cylinder_shape, merged, plain_mesh
+
 SHELL = (0.72, 0.73, 0.75)
 JOINT = (0.12, 0.13, 0.15)
+SLIMMER = {SHELL: 0.003, JOINT: 0.006}  # [m] than the capsules; unlike, so that no two surfaces coincide
 BRISTLES = (0.16, 0.38, 0.42)
 
 
@@ -28,11 +28,11 @@ class ArmMesh:
             head: Whether the scrub head is mounted.
         """
         pieces = []
-        for number, capsule in enumerate(RM65_CAPSULES):
+        for capsule in RM65_CAPSULES:
             if capsule.link == "scrub_head":
                 continue
             colour = SHELL if capsule.link in ("Link2", "Link4", "base_link") else JOINT
-            shape = capsule_shape(capsule.start, capsule.end, capsule.radius - SLIMMER - 4e-4 * number)
+            shape = capsule_shape(capsule.start, capsule.end, capsule.radius - SLIMMER[colour])
             pieces.append((LINK_NAMES.index(capsule.link), plain_mesh(*shape, colour, gloss=0.5)))
         if head:
             handle = cylinder_shape((0.0, 0.0, -0.10), (0.0, 0.0, -0.038), (0.018, 0.018))

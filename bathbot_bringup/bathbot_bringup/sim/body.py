@@ -116,7 +116,9 @@ def load_body(index: int, path: Path = BODIES) -> Body:
         sides=sides.astype(np.uint8),
         fraction=stored["fraction"] / 255.0,
         rest=rest,
-        landmarks=dict(zip(stored["landmark_names"].tolist(), stored["landmarks"][index].astype(float), strict=True)),
+        landmarks=dict(
+            zip(stored["landmark_names"].tolist(), stored["landmarks"][index].astype(float), strict=True)
+        ),
         male=bool(stored["male"][index]),
     )
 
@@ -126,7 +128,8 @@ def vertex_normals(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> N
     corners = vertices[faces]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = np.stack(
-        [np.bincount(faces.ravel(), np.repeat(facing[:, axis], 3), len(vertices)) for axis in range(3)], axis=-1
+        [np.bincount(faces.ravel(), np.repeat(facing[:, axis], 3), len(vertices)) for axis in range(3)],
+        axis=-1,
     )
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 

@@ -1,18 +1,18 @@
 """The moving skin as the arm's emulator and the judges meet it: rays against a ray scene that is built once.
 
-Motion is applied to the rays, not to the triangles; breath, a few millimetres forward, moves the ray's origin back
-by what the skin at the hit has moved.
+Motion is applied to the rays, not to the triangles; breath, a few millimetres forward, moves the ray's origin
+back by what the skin at the hit has moved.
 """
 
 import numpy as np
 import open3d as o3d
+from bathbot_depthcorr.rigid import inverse, rotate, transform_points
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.body import CLASS_NAMES, Body, breathing_weights
 from bathbot_bringup.sim.render_light import ray_scene
 from bathbot_bringup.sim.render_mesh import Mesh
 from bathbot_bringup.sim.scenario import BodyMotion
-from bathbot_depthcorr.rigid import inverse, rotate, transform_points
 
 Array = NDArray[np.float64]
 
@@ -55,8 +55,8 @@ class BodySurface:
             t: Time of the body [s].
 
         Returns:
-            Distances [m], shape (N,), inf where nothing is met; outward normals, shape (N, 3), zero where nothing is
-            met; class name of the skin under the first ray, empty for cloth, hair or nothing.
+            Distances [m], shape (N,), inf where nothing is met; outward normals, shape (N, 3), zero where
+            nothing is met; class name of the skin under the first ray, empty for cloth, hair or nothing.
         """
         state = self._motion.at(t)
         T_base_moved = self._T_base_body @ state.T_rest_moved

@@ -15,27 +15,31 @@ Array = NDArray[np.float64]
 # [N/m] skin stiffness per class: ISO/TS 15066:2016 Table A.2 as transcribed publicly (chest for the
 # trunk, upper arm, thigh; the foot has no row, so the lower leg's)
 SKIN_STIFFNESS = {
-    "Face_skin": 75e3, "Trunk_skin": 25e3, "Upperlimb_skin": 30e3,
-    "Lowerlimb_skin": 50e3, "Hand_skin": 75e3, "Foot_skin": 60e3,
+    "Face_skin": 75e3,
+    "Trunk_skin": 25e3,
+    "Upperlimb_skin": 30e3,
+    "Lowerlimb_skin": 50e3,
+    "Hand_skin": 75e3,
+    "Foot_skin": 60e3,
 }
 _OTHER_STIFFNESS = 50e3  # [N/m] chair, wall, clothes over flesh
-_BACK = 0.06             # [m] behind the tip where rays begin, so that they begin outside the skin
-_SLIP_SPEED = 0.005      # [m/s] at which friction is nearly full
+_BACK = 0.06  # [m] behind the tip where rays begin, so that they begin outside the skin
+_SLIP_SPEED = 0.005  # [m/s] at which friction is nearly full
 
 
 class SkinHit(NamedTuple):
     """Where rays meet the skin."""
 
     distances: Array  # [m], shape (N,), inf where nothing is hit
-    normals: Array    # outward unit normals, shape (N, 3)
-    part: str         # class name under the first ray, empty when it hits nothing
+    normals: Array  # outward unit normals, shape (N, 3)
+    part: str  # class name under the first ray, empty when it hits nothing
 
 
 class SkinSurface(Protocol):
     """Anything the brush can touch."""
 
     def distance(self, origins: Array, directions: Array, t: float) -> tuple[Array, Array, str]:
-        """Meet rays, origins [m] and unit directions (N, 3) in the base frame, with the body at time t [s]."""
+        """Meet rays, origins [m] and unit directions (N, 3) in base_link, with the body at time t [s]."""
         ...
 
 
@@ -44,19 +48,19 @@ class Contact(NamedTuple):
 
     compression: float  # [m] bend of the middle bristles, 0..give; negative: gap to the skin
     indentation: float  # [m] of the skin beyond the bristles' give
-    force: Array        # [N] on the head, shape (3,)
-    torque: Array       # [Nm] on the head about its tip, shape (3,)
-    part: str           # class name; empty: none
+    force: Array  # [N] on the head, shape (3,)
+    torque: Array  # [Nm] on the head about its tip, shape (3,)
+    part: str  # class name; empty: none
 
 
 @dataclass(frozen=True, slots=True)
 class Brush:
     """A round soft brush."""
 
-    radius: float = 0.025     # [m]
-    give: float = 0.010       # [m] that bristles bend
+    radius: float = 0.025  # [m]
+    give: float = 0.010  # [m] that bristles bend
     stiffness: float = 400.0  # [N/m] of all bristles together, 0.4 N/mm
-    friction: float = 0.3     # of wet bristles on skin; ours
+    friction: float = 0.3  # of wet bristles on skin; ours
     _ring: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -68,7 +72,9 @@ class Brush:
     def normal_force(self, bend: Array, skin_stiffness: float) -> Array:
         """Force [N] of the whole brush pressed in by `bend` [m], shape (...): bristles, then skin."""
         bend = np.maximum(bend, 0.0)
-        return self.stiffness * np.minimum(bend, self.give) + skin_stiffness * np.maximum(bend - self.give, 0.0)
+        return self.stiffness * np.minimum(bend, self.give) + skin_stiffness * np.maximum(
+            bend - self.give, 0.0
+        )
 
     def touch(self, T_base_head: Array, velocity: Array, surface: SkinSurface, t: float) -> Contact:
         """Press the brush on the surface.
@@ -91,6 +97,9 @@ class Brush:
         pushes = -forces[:, None] * (approach + drag)
         middle = float(bend[0])
         return Contact(
-            compression=min(middle, self.give), indentation=max(middle - self.give, 0.0),
-            force=pushes.sum(0), torque=np.cross(offsets, pushes).sum(0), part=part if bend.max() > 0.0 else "",
+            compression=min(middle, self.give),
+            indentation=max(middle - self.give, 0.0),
+            force=pushes.sum(0),
+            torque=np.cross(offsets, pushes).sum(0),
+            part=part if bend.max() > 0.0 else "",
         )

@@ -1,7 +1,7 @@
-"""Scenes for calibration: a chessboard on a flat wall seen from many places, and a marker on the arm's flange.
+"""Scenes for calibration: a chessboard on a wall seen from many places, a marker on the arm's flange.
 
-A poster's frame has x right and y down as printed, z into the wall. The wall of the chessboard is the plane x = 0 of
-the world (z up), which the camera looks at from positive x.
+A poster's frame has x right and y down as printed, z into the wall. The wall of the chessboard is the plane x
+= 0 of the world (z up), which the camera looks at from positive x.
 """
 
 from functools import lru_cache
@@ -9,12 +9,15 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import inverse, transform_from, transform_points
+from bathbot_scrub.rm65.kinematics import Kinematics
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.sim.arm_mesh import ArmMesh
 from bathbot_bringup.sim.d455_unit import D455Unit
-from bathbot_bringup.sim.render import Rendering, developed, draw, picture_of_room
+from bathbot_bringup.sim.render import Rendering, depth_of_room, developed, draw, picture_of_room
 from bathbot_bringup.sim.render_light import Lamp, Lighting
 from bathbot_bringup.sim.render_mesh import plain_mesh
 from bathbot_bringup.sim.render_poster import Poster, draw_poster
@@ -23,17 +26,14 @@ from bathbot_bringup.sim.render_room import Room, Tiles
 from bathbot_bringup.sim.render_stage import Stage, lit_stage
 from bathbot_bringup.sim.scene import true_camera_pose
 from bathbot_bringup.sim.scene_camera import Frame
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import inverse, transform_from, transform_points
-from bathbot_scrub.rm65.kinematics import Kinematics
 
 Array = NDArray[np.float64]
 
 INNER_CORNERS = (11, 8)  # of the chessboard
-SQUARE = 0.05            # [m]
-MARKER_ID = 582          # of cv2.aruco.DICT_ARUCO_ORIGINAL
-MARKER_SIZE = 0.10       # [m]
-PLATE_SIZE = 0.15        # [m] of the white plate the marker is printed on
+SQUARE = 0.05  # [m]
+MARKER_ID = 582  # of cv2.aruco.DICT_ARUCO_ORIGINAL
+MARKER_SIZE = 0.10  # [m]
+PLATE_SIZE = 0.15  # [m] of the white plate the marker is printed on
 BLACK, WHITE = 0.05, 0.85
 T_WORLD_BOARD = transform_from([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 T_WORLD_BOARD.setflags(write=False)
@@ -81,7 +81,9 @@ def board_views(camera: Pinhole, count: int, seed: int) -> list[Array]:
         distance = 1.0 / (1.0 / 0.45 + share * (1.0 / 1.6 - 1.0 / 0.45))
         tilt = np.deg2rad(rng.uniform(-25.0, 25.0, 2))
         turn = Rotation.from_euler("xyz", [*tilt, np.deg2rad(rng.uniform(-8.0, 8.0))]).as_matrix()
-        target = size * (0.5 + rng.uniform(-0.42, 0.42, 2))  # [px] where the middle of the board shall be seen
+        target = size * (
+            0.5 + rng.uniform(-0.42, 0.42, 2)
+        )  # [px] where the middle of the board shall be seen
         T_camera_board = transform_from(turn, camera.deproject(target, distance))
         seen = camera.project(transform_points(T_camera_board, corners))
         if np.isfinite(seen).all() and (seen > 14).all() and (seen < size - 14).all():
@@ -111,8 +113,11 @@ class ChessboardView:
         """
         self._unit, self._hold = unit, hold
         self._views = board_views(unit.colour, count, seed)
-        room, lighting = plain_room()
-        speck = plain_mesh([(4.0, 2.0, -1.5), (4.01, 2.0, -1.5), (4.0, 2.01, -1.5)], [(0, 1, 2)], (0.5, 0.5, 0.5))
+        room, _ = plain_room()
+        lighting = Lighting(np.full(3, 0.8), np.full(3, 0.6), ())  # no lamp: no shadows to look for
+        speck = plain_mesh(
+            [(4.0, 2.0, -1.5), (4.01, 2.0, -1.5), (4.0, 2.01, -1.5)], [(0, 1, 2)], (0.5, 0.5, 0.5)
+        )
         self._stage = lit_stage(speck, room, lighting, np.random.default_rng(0))
         self._drawn = lru_cache(maxsize=1)(self._draw)
 
@@ -133,8 +138,10 @@ class ChessboardView:
         T_world_depth = T_world_colour @ self._unit.T_colour_depth
         picture = picture_of_room(self._stage, self._unit.colour, T_world_colour)
         radiance, depth = picture.radiance.copy(), picture.depth.copy()
-        draw_poster(chessboard(), T_WORLD_BOARD, self._unit.colour, T_world_colour, np.full(3, 0.95), radiance, depth)
-        true = picture_of_room(self._stage, self._unit.depth, T_world_depth).depth
+        draw_poster(
+            chessboard(), T_WORLD_BOARD, self._unit.colour, T_world_colour, np.full(3, 0.95), radiance, depth
+        )
+        true = depth_of_room(self._stage.room, self._unit.depth, T_world_depth)
         return Frame(developed(cv2.GaussianBlur(radiance, (0, 0), 0.5)), true, number)
 
 
@@ -157,17 +164,21 @@ class MarkerView:
         """
         rng = np.random.default_rng([sensor_seed, 32])
         turn = Rotation.from_euler("xyz", [180.0, *rng.normal(0.0, 1.5, 2)], degrees=True).as_matrix()
-        self.truth = MarkerTruth(true_camera_pose(), transform_from(turn, rng.normal((0.0, 0.0, 0.03), 0.004)))
+        self.truth = MarkerTruth(
+            true_camera_pose(), transform_from(turn, rng.normal((0.0, 0.0, 0.03), 0.004))
+        )
         self._unit = unit
         self._T_base_colour = self.truth.T_base_camera @ inverse(unit.T_colour_depth)
         room, lighting = plain_room()
         room = Room((-1.2, -1.8, -0.75), (2.0, 1.8, 1.8), room.walls, room.floor, room.ceiling)
         self._arm = ArmMesh(head=False)
         home = self._arm.vertices(np.zeros(6))
-        stage = lit_stage(plain_mesh(home, self._arm.mesh.faces, 0.5), room, lighting, np.random.default_rng(0))
+        stage = lit_stage(
+            plain_mesh(home, self._arm.mesh.faces, 0.5), room, lighting, np.random.default_rng(0)
+        )
         self._arm_stage: Stage = stage.holding(self._arm.mesh)
         self._room = picture_of_room(stage, unit.colour, self._T_base_colour)
-        self._room_depth = picture_of_room(stage, unit.depth, self.truth.T_base_camera).depth
+        self._room_depth = depth_of_room(room, unit.depth, self.truth.T_base_camera)
 
     def frame(self, t: float, joints: ArrayLike | None = None) -> Frame:
         """The view with the arm at joint angles [rad], shape (6,); None: no arm."""
@@ -176,12 +187,16 @@ class MarkerView:
         arm = self._arm.vertices(joints)
         picture = draw(self._arm_stage.moved(arm), self._unit.colour, self._T_base_colour, self._room)
         depth = rasterise(
-            project_vertices(arm, self._unit.depth, self.truth.T_base_camera), self._arm.mesh.faces, self._room_depth
+            project_vertices(arm, self._unit.depth, self.truth.T_base_camera),
+            self._arm.mesh.faces,
+            self._room_depth,
         ).depth
         colour = self._with_plate(picture, Kinematics().flange(joints) @ self.truth.T_flange_marker, depth)
         return Frame(colour, depth, 0)
 
-    def _with_plate(self, picture: Rendering, T_base_marker: Array, depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    def _with_plate(
+        self, picture: Rendering, T_base_marker: Array, depth: NDArray[np.float32]
+    ) -> NDArray[np.uint8]:
         """Draw plate and marker into the picture, and the plate into the depth as well."""
         plate, light = Poster(PLATE_SIZE, PLATE_SIZE, np.full((1, 1), WHITE)), np.full(3, 0.95)
         radiance, near = picture.radiance.copy(), picture.depth.copy()

@@ -10,24 +10,24 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
-from bathbot_bringup.sim.controller_force import ForceSensor
-from bathbot_bringup.sim.joint_dynamics import JointDynamics
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
 from bathbot_scrub.rm65.joint_path import densify, joint_move, solve_path, timed_path
 from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD, Kinematics
 from bathbot_scrub.rm65.limits import JointLimits
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
+from numpy.typing import ArrayLike, NDArray
+
+from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
+from bathbot_bringup.sim.controller_force import ForceSensor
+from bathbot_bringup.sim.joint_dynamics import JointDynamics
 
 Array = NDArray[np.float64]
-STEP = 0.005                       # [s]
-LINE_SPEED, LINE_ACCELERATION = 0.25, 1.6     # [m/s], [m/s^2] of movel at v = 100
-_LARGEST_FRAME_STEP = np.radians(10.0)        # per frame of the stream; else the joint does not respond
-_STREAM_END = 0.1                  # [s] without frames after which a stream is over
-_FAR = 0.10                        # [m] of gap above which contact is looked for at 20 Hz only
+STEP = 0.005  # [s]
+LINE_SPEED, LINE_ACCELERATION = 0.25, 1.6  # [m/s], [m/s^2] of movel at v = 100
+_LARGEST_FRAME_STEP = np.radians(10.0)  # per frame of the stream; else the joint does not respond
+_STREAM_END = 0.1  # [s] without frames after which a stream is over
+_FAR = 0.10  # [m] of gap above which contact is looked for at 20 Hz only
 
 TARGET_OVER_LIMIT, UNREACHABLE, OVER_SPEED = 0x1002, 0x1003, 0x1009  # the controller's error codes
 
@@ -63,8 +63,14 @@ class Arm:
 class Controller:
     """An arm that can be told to move and asked how it is."""
 
-    def __init__(self, arm: Arm, joints: ArrayLike, surface: SkinSurface, clock: Callable[[], float],
-                 rng: np.random.Generator) -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        joints: ArrayLike,
+        surface: SkinSurface,
+        clock: Callable[[], float],
+        rng: np.random.Generator,
+    ) -> None:
         """Stand still at `joints` [rad], shape (6,).
 
         Args:
@@ -107,7 +113,9 @@ class Controller:
         lengths, joints = joint_move(self.target, goal, limits=limits)
         acceleration = np.radians(600.0)
         path = timed_path(lengths, joints, acceleration, limits, share)
-        self._begin(path, Pace(float(limits.speed.max()) * share, acceleration, 10.0 * acceleration), Motion.MOVE_J)
+        self._begin(
+            path, Pace(float(limits.speed.max()) * share, acceleration, 10.0 * acceleration), Motion.MOVE_J
+        )
 
     def move_to_pose(self, T_base_flange: Array, share: float) -> None:
         """Accept a movej_p: joints move to a pose of the flange.
@@ -132,13 +140,13 @@ class Controller:
         path = timed_path(lengths, joints, LINE_ACCELERATION, self.arm.limits, 1.0)
         self._begin(path, Pace(LINE_SPEED * share, LINE_ACCELERATION, 20 * LINE_ACCELERATION), Motion.MOVE_L)
 
-    def _begin(self, path, pace: Pace, motion: Motion) -> None:  # noqa: ANN001
+    def _begin(self, path, pace: Pace, motion: Motion) -> None:
         self.error = 0  # a new motion clears an error that was kept
         self._runner, self.motion = PathRunner(path, pace, STEP), motion
 
     def stream(self, goal: Array) -> None:
-        """Take one frame of the joint stream [rad]; a step too far is not followed and raises an error code."""
-        if self.busy or self.motion in (Motion.STOP, Motion.SLOW_STOP) and not self.at_rest:
+        """Take one frame of the joint stream [rad]; a step too far is not followed but reported."""
+        if self.busy or (self.motion in (Motion.STOP, Motion.SLOW_STOP) and not self.at_rest):
             return
         if not self.arm.limits.contain(goal):
             self.error = TARGET_OVER_LIMIT

@@ -4,25 +4,24 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
-
 Array = NDArray[np.float64]
-TOOL_MASS = 0.35                            # [kg] brush head and motor
-_TOOL_CENTRE = np.array([0.0, 0.0, 0.05])   # [m] from the flange
+TOOL_MASS = 0.35  # [kg] brush head and motor
+_TOOL_CENTRE = np.array([0.0, 0.0, 0.05])  # [m] from the flange
 _BIAS = np.array([1.2, -0.8, 2.0, 0.02, -0.03, 0.01])  # [N, Nm] of the strain gauges
-_DRIFT = np.array([0.3, -0.2, 0.25, 0.0, 0.0, 0.0])    # [N, Nm] since the last calibration; zeroing removes it
+_DRIFT = np.array([0.3, -0.2, 0.25, 0.0, 0.0, 0.0])  # [N, Nm] since the last calibration; zeroing removes it
 _NOISE = np.array([0.05] * 3 + [0.002] * 3)  # [N, Nm] standard deviation
-_CALIBRATED = 0.98                          # share of the weight that the calibration knows
-_GRAVITY = np.array([0.0, 0.0, -9.80665])   # [m/s^2] in the base frame
-_AVERAGED = 20                              # samples that zeroing averages, 0.1 s
+_CALIBRATED = 0.98  # share of the weight that the calibration knows
+_GRAVITY = np.array([0.0, 0.0, -9.80665])  # [m/s^2] in the base frame
+_AVERAGED = 20  # samples that zeroing averages, 0.1 s
 
 
 class ForceReading(NamedTuple):
     """One reading in the sensor frame, [N, Nm], shape (6,)."""
 
-    raw: Array   # with weight and bias
+    raw: Array  # with weight and bias
     zero: Array  # external force, as the controller compensates it
 
 

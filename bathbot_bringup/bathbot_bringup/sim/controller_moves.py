@@ -1,8 +1,9 @@
 """The commands of the table that move or stop the arm."""
 
-from bathbot_bringup.sim.controller_replies import Desk, command
 from bathbot_scrub.rm65.errors import ProtocolError
 from bathbot_scrub.rm65.protocol import Frame, integer, integers, joints_from_wire, pose_from_wire
+
+from bathbot_bringup.sim.controller_replies import Desk, command
 
 
 def _accept(desk: Desk, request: Frame) -> float:

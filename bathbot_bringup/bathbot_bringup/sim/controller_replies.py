@@ -9,9 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-
-from bathbot_bringup.sim.controller import Controller, Motion
-from bathbot_bringup.sim.push import PushSettings
 from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 from bathbot_scrub.rm65.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM
 from bathbot_scrub.rm65.protocol import (
@@ -21,6 +18,9 @@ from bathbot_scrub.rm65.protocol import (
     pose_to_wire,
     wrench_to_wire,
 )
+
+from bathbot_bringup.sim.controller import Controller, Motion
+from bathbot_bringup.sim.push import PushSettings
 
 _SPEED_UNIT = np.radians(6.0) / 1000.0  # 0.001 RPM in [rad/s], and 0.001 RPM/s in [rad/s^2]
 _FIRMWARE = "V1.7.0"
@@ -41,9 +41,11 @@ COMMANDS: dict[str, Command] = {}
 
 def command(name: str) -> Callable[[Command], Command]:
     """Enter a function into the table under the protocol's name."""
+
     def enter(function: Command) -> Command:
         COMMANDS[name] = function
         return function
+
     return enter
 
 
@@ -94,10 +96,16 @@ def _software_info(desk: Desk, request: Frame) -> Frame:
 @command("get_current_arm_state")
 def _arm_state(desk: Desk, request: Frame) -> Frame:
     controller = desk.controller
-    return _state("current_arm_state", arm_state={
-        "joint": joints_to_wire(controller.dynamics.joints), "pose": pose_to_wire(controller.T_base_flange),
-        "err": [controller.error], "arm_err": controller.error, "sys_err": 0,
-    })
+    return _state(
+        "current_arm_state",
+        arm_state={
+            "joint": joints_to_wire(controller.dynamics.joints),
+            "pose": pose_to_wire(controller.T_base_flange),
+            "err": [controller.error],
+            "arm_err": controller.error,
+            "sys_err": 0,
+        },
+    )
 
 
 @command("get_joint_degree")
@@ -117,8 +125,15 @@ def _trajectory(desk: Desk, request: Frame) -> Frame:
 def _get_push(desk: Desk, request: Frame) -> Frame:
     push = desk.push
     custom = dict.fromkeys(("joint_speed", "lift_state", "expand_state", "arm_current_status"), True)
-    return _answer("get_realtime_push", cycle=push.cycle, enable=push.enable, port=push.port, ip=push.ip,
-                   force_coordinate=push.force_coordinate, custom=custom)
+    return _answer(
+        "get_realtime_push",
+        cycle=push.cycle,
+        enable=push.enable,
+        port=push.port,
+        ip=push.ip,
+        force_coordinate=push.force_coordinate,
+        custom=custom,
+    )
 
 
 @command("set_realtime_push")
@@ -146,7 +161,9 @@ def _work_frame(desk: Desk, request: Frame) -> Frame:
 
 @command("get_current_tool_frame")
 def _tool_frame(desk: Desk, request: Frame) -> Frame:
-    return _state("current_tool_frame", tool_name="Arm_Tip", pose=[0] * 6, payload=350, position=[0, 0, 50000])
+    return _state(
+        "current_tool_frame", tool_name="Arm_Tip", pose=[0] * 6, payload=350, position=[0, 0, 50000]
+    )
 
 
 @command("get_install_pose")
@@ -179,13 +196,20 @@ def _max_speed(desk: Desk, request: Frame) -> Frame:
 def _dh_data(desk: Desk, request: Frame) -> Frame:
     d6 = desk.controller.arm.kinematics.flange_offset
     rows = [
-        (0, 0.0, BASE_HEIGHT, 0), (90, 0.0, 0.0, 90), (0, UPPER_ARM, 0.0, 90),
-        (90, 0.0, FOREARM, 0), (-90, 0.0, 0.0, 0), (90, 0.0, d6, 0),
+        (0, 0.0, BASE_HEIGHT, 0),
+        (90, 0.0, 0.0, 90),
+        (0, UPPER_ARM, 0.0, 90),
+        (90, 0.0, FOREARM, 0),
+        (-90, 0.0, 0.0, 0),
+        (90, 0.0, d6, 0),
     ]
-    return _answer("get_DH_data", **{
-        f"joint_{i + 1}": [alpha * 1000, round(a * 1e6), round(d * 1e6), offset * 1000]
-        for i, (alpha, a, d, offset) in enumerate(rows)
-    })
+    return _answer(
+        "get_DH_data",
+        **{
+            f"joint_{i + 1}": [alpha * 1000, round(a * 1e6), round(d * 1e6), offset * 1000]
+            for i, (alpha, a, d, offset) in enumerate(rows)
+        },
+    )
 
 
 @command("get_force_data")
@@ -194,8 +218,13 @@ def _force_data(desk: Desk, request: Frame) -> Frame:
     turned = desk.controller.T_base_flange[:3, :3]
     value = desk.controller.sensor.reading.zero
     work = wrench_to_wire(np.concatenate([turned @ value[:3], turned @ value[3:]]))
-    return _answer("get_force_data", force_data=raw, zero_force_data=zero, work_zero_force_data=work,
-                   tool_zero_force_data=zero)
+    return _answer(
+        "get_force_data",
+        force_data=raw,
+        zero_force_data=zero,
+        work_zero_force_data=work,
+        tool_zero_force_data=zero,
+    )
 
 
 @command("clear_force_data")

@@ -1,11 +1,11 @@
 """The D455's depth: from true distances to the 16-bit millimetres its topic carries.
 
-    d = f B / ((1 + scale) Z) + e,  e = gL(u, v) - gR(u - d, v) + offset(T) + A sin(2 pi d) + frozen + temporal
-    Z_out = f B / round(d)
+    d = f B / ((1 + scale) Z) + e,  e = gL(u, v) - gR(u - d, v) + offset(T) + A sin(2 pi d) + frozen +
+    temporal Z_out = f B / round(d)
 
-gL and gR are the residual rectification of the two imagers. gR moves with the disparity, so that the error of a pixel
-is no fixed function of its distance. On top: the blind left band, shadows left of foregrounds, flying pixels at edges,
-a nearest distance, and what water does.
+gL and gR are the residual rectification of the two imagers. gR moves with the disparity, so that the error of
+a pixel is no fixed function of its distance. On top: the blind left band, shadows left of foregrounds, flying
+pixels at edges, a nearest distance, and what water does.
 """
 
 from typing import NamedTuple
@@ -15,13 +15,19 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_bringup.sim.d455_fields import FROZEN_WIDTH, NATIVE_WIDTH, TEMPORAL_WIDTH, imager_field, soft_noise
+from bathbot_bringup.sim.d455_fields import (
+    FROZEN_WIDTH,
+    NATIVE_WIDTH,
+    TEMPORAL_WIDTH,
+    imager_field,
+    soft_noise,
+)
 from bathbot_bringup.sim.d455_unit import BASELINE, Preset, make_unit
 
-SEARCH = 126               # [px] of the widest disparity: sets the nearest distance
+SEARCH = 126  # [px] of the widest disparity: sets the nearest distance
 REFERENCE_CELSIUS = 30.0
 OFFSET_PER_CELSIUS = 0.015  # [px, native]
-EDGE_STEP = 2.0            # [px] of disparity inside the window that makes an edge
+EDGE_STEP = 2.0  # [px] of disparity inside the window that makes an edge
 _EDGE_WINDOW = np.ones((7, 7), dtype=np.uint8)
 
 
@@ -59,9 +65,14 @@ class D455:
         return float(self._constant) / SEARCH if self._preset.artefacts else 0.0
 
     def measure(
-        self, depth: NDArray[np.float32], rng: np.random.Generator, *, pose: int = 0, celsius: float = 30.0,
+        self,
+        depth: NDArray[np.float32],
+        rng: np.random.Generator,
+        *,
+        pose: int = 0,
+        celsius: float = 30.0,
         air: Air = Air(),
-    ) -> NDArray[np.uint16]:  # fmt: skip
+    ) -> NDArray[np.uint16]:
         """One depth frame.
 
         Args:
@@ -80,17 +91,28 @@ class D455:
         if preset.artefacts:
             disparity = self._edges(disparity, rng)
         noise = self._noise(disparity.shape, rng, pose, air)
-        offset = self._ratio * (preset.offset + OFFSET_PER_CELSIUS * (celsius - REFERENCE_CELSIUS) * preset.factory)
+        warmth = OFFSET_PER_CELSIUS * (celsius - REFERENCE_CELSIUS) * preset.factory
         measured = np.empty(disparity.shape, dtype=np.uint16)
         _measure(
-            disparity, self._left, self._right, noise, np.float32(offset), np.float32(preset.ripple),
-            np.float32(preset.subpixels), self._constant, np.float32(1e-3 / preset.unit), preset.artefacts, measured,
-        )  # fmt: skip
+            disparity,
+            self._left,
+            self._right,
+            noise,
+            np.float32(self._ratio * (preset.offset + warmth)),
+            np.float32(preset.ripple),
+            np.float32(preset.subpixels),
+            self._constant,
+            np.float32(1e-3 / preset.unit),
+            preset.artefacts,
+            measured,
+        )
         if air != Air():
             _wet(measured, rng, air, self._seed)
         return measured
 
-    def _noise(self, shape: tuple[int, int], rng: np.random.Generator, pose: int, air: Air) -> NDArray[np.float32]:
+    def _noise(
+        self, shape: tuple[int, int], rng: np.random.Generator, pose: int, air: Air
+    ) -> NDArray[np.float32]:
         """Frozen and temporal noise of the disparity [px]."""
         preset = self._preset
         if pose not in self._frozen:
@@ -106,7 +128,7 @@ class D455:
     def _edges(disparity: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
         """Pixels within 3 px of an edge: a third blind, a third flying between both sides."""
         high, low = cv2.dilate(disparity, _EDGE_WINDOW), cv2.erode(disparity, _EDGE_WINDOW)
-        where = np.nonzero(high - low > EDGE_STEP)
+        where = np.nonzero(high > low + EDGE_STEP)
         chance = rng.random(len(where[0]), dtype=np.float32)
         near, far = high[where], low[where]
         mixed = far + rng.random(len(near), dtype=np.float32) * (near - far)
@@ -116,7 +138,7 @@ class D455:
 
 
 @numba.njit(cache=True, nogil=True)
-def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant, per_mm, artefacts, out):  # noqa: ANN001, ANN202
+def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant, per_mm, artefacts, out):
     height, width = disparity.shape
     for v in range(height):
         taken = np.float32(1e9)  # leftmost pixel of the right imager that anything to the right maps to

@@ -16,10 +16,10 @@ NOISE_PICTURES = 4  # drawn once, then shifted about: drawing noise anew costs m
 
 
 class Shot(NamedTuple):
-    """One pair of pictures: sRGB, shape (H, W, 3) uint8, and depth [mm], 0 = none, shape (H, W) uint16."""
+    """One pair of pictures: sRGB (H, W, 3) uint8, and depth [m] in whole mm, NaN = none, shape (H, W)."""
 
     colour: NDArray[np.uint8]
-    depth_mm: NDArray[np.uint16]
+    depth: NDArray[np.float32]
 
 
 class ColourNoise:
@@ -62,7 +62,9 @@ class D455Camera:
         self._view = _view(settings, sensor)
         self._noise = ColourNoise((settings.height, settings.width), settings.colour_noise, settings.seed)
         scenario = settings.motion()
-        self._air = Air(scenario.wetness, scenario.steam, scenario.drops) if settings.scene == "bathroom" else Air()
+        self._air = (
+            Air(scenario.wetness, scenario.steam, scenario.drops) if settings.scene == "bathroom" else Air()
+        )
         self._rng = np.random.default_rng([settings.seed, settings.sensor_seed, 62])
 
     def shoot(self, t: float, joints: NDArray[np.float64] | None = None) -> Shot:
@@ -73,8 +75,11 @@ class D455Camera:
             joints: Angles of the arm [rad], shape (6,); None: no arm.
         """
         frame = self._view.frame(t, joints)
-        depth = self._sensor.measure(frame.depth, self._rng, pose=frame.pose, celsius=self._celsius, air=self._air)
-        return Shot(self._noise.add(frame.colour, self._rng), depth)
+        depth = self._sensor.measure(
+            frame.depth, self._rng, pose=frame.pose, celsius=self._celsius, air=self._air
+        )
+        metres = np.where(depth > 0, depth * np.float32(0.001), np.float32(np.nan))
+        return Shot(self._noise.add(frame.colour, self._rng), metres)
 
 
 def _view(settings: SimCameraSettings, sensor: D455) -> SceneView:

@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from bathbot_bringup.sim.d455_unit import Preset
 
-NATIVE_WIDTH = 1280   # [px] that the presets count in
-FIELD_WIDTH = 60.0    # [px] standard deviation of the smooth field's bumps, native
-FROZEN_WIDTH = 3.0    # [px] of the stream
+NATIVE_WIDTH = 1280  # [px] that the presets count in
+FIELD_WIDTH = 60.0  # [px] standard deviation of the smooth field's bumps, native
+FROZEN_WIDTH = 3.0  # [px] of the stream
 TEMPORAL_WIDTH = 2.0  # [px] of the stream
 
 

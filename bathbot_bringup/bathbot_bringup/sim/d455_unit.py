@@ -1,25 +1,28 @@
 """One simulated D455: what it is, and what its maker wrote into it.
 
-Published intrinsics and extrinsics are the factory's; the true ones differ a little, as on every unit. The numbers are
-those of one real unit at 1280x720; other sizes are scaled. All of it follows from the sensor seed and the preset.
+Published intrinsics and extrinsics are the factory's; the true ones differ a little, as on every unit. The
+numbers are those of one real unit at 1280x720; other sizes are scaled. All of it follows from the sensor seed
+and the preset.
 """
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.errors import SettingsError
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
 
 Array = NDArray[np.float64]
 
 BASELINE = 0.095  # [m] between the two imagers
 FACTORY_DEPTH = Pinhole(1280, 720, 641.5, 641.5, 640.4, 363.8)
-FACTORY_COLOUR = Pinhole(1280, 720, 632.4, 632.0, 639.8, 363.3, (-0.0565, 0.0688, -0.00072, -0.00002, -0.0224))
+FACTORY_COLOUR = Pinhole(
+    1280, 720, 632.4, 632.0, 639.8, 363.3, (-0.0565, 0.0688, -0.00072, -0.00002, -0.0224)
+)
 COLOUR_OFFSET = (-0.059, 0.0, 0.0)  # [m] depth -> colour
 
 
@@ -61,9 +64,16 @@ PRESETS = {
     "yaw": Preset(scale=0.0, offset=-1.93),
     "good": Preset(scale=0.002, offset=-0.1),
     "perfect": Preset(
-        tilt=0.0, radial=0.0, smooth=0.0, ripple=0.0, frozen=0.0, temporal=0.0, artefacts=False, factory=0.0,
+        tilt=0.0,
+        radial=0.0,
+        smooth=0.0,
+        ripple=0.0,
+        frozen=0.0,
+        temporal=0.0,
+        artefacts=False,
+        factory=0.0,
         subpixels=0,
-    ),  # fmt: skip
+    ),
 }
 
 
@@ -107,7 +117,9 @@ def make_unit(sensor_seed: int, preset: Preset, width: int, height: int) -> D455
         SettingsError: If the stream has no such size.
     """
     if width * 9 not in range(height * 16 - 16 * 8, height * 16 + 16 * 8) or not 320 <= width <= 1280:
-        raise SettingsError(f"the simulated D455 has 16:9 pictures 320 to 1280 px wide, got {width}x{height}; try 848x480")
+        raise SettingsError(
+            f"the simulated D455 has 16:9 pictures 320 to 1280 px wide, got {width}x{height}; try 848x480"
+        )
     rng = np.random.default_rng([sensor_seed, 455])
     turn = preset.factory * np.deg2rad(0.15) * _direction(rng)
     shift = preset.factory * 0.0009 * _direction(rng)
@@ -116,10 +128,14 @@ def make_unit(sensor_seed: int, preset: Preset, width: int, height: int) -> D455
     depth = _off_factory(FACTORY_DEPTH, rng, preset.factory)
     colour = _off_factory(FACTORY_COLOUR, rng, preset.factory)
     return D455Unit(
-        depth.scaled(width, height), colour.scaled(width, height), true,
-        FACTORY_DEPTH.scaled(width, height), FACTORY_COLOUR.scaled(width, height), published,
+        depth.scaled(width, height),
+        colour.scaled(width, height),
+        true,
+        FACTORY_DEPTH.scaled(width, height),
+        FACTORY_COLOUR.scaled(width, height),
+        published,
         f"SIM455-{sensor_seed:04d}",
-    )  # fmt: skip
+    )
 
 
 def _direction(rng: np.random.Generator) -> Array:
@@ -132,5 +148,9 @@ def _off_factory(camera: Pinhole, rng: np.random.Generator, size: float) -> Pinh
     longer = 1.0 + size * 0.0005 * rng.normal()
     centre = size * 0.3 * rng.normal(size=2)
     return replace(
-        camera, fx=camera.fx * longer, fy=camera.fy * longer, cx=camera.cx + centre[0], cy=camera.cy + centre[1]
+        camera,
+        fx=camera.fx * longer,
+        fy=camera.fy * longer,
+        cx=camera.cx + centre[0],
+        cy=camera.cy + centre[1],
     )

@@ -12,6 +12,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
+from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.period import raise_priority
+from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode
 from numpy.typing import NDArray
 
 import bathbot_bringup.sim.controller_moves  # noqa: F401 - enters its commands into the table
@@ -21,10 +26,6 @@ from bathbot_bringup.sim.controller_replies import Desk, reply
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface
 from bathbot_bringup.sim.push import PushSender, PushSettings, datagram
-from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode
 
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
@@ -36,7 +37,7 @@ class Truth(NamedTuple):
 
     T_base_head: Array  # (4, 4)
     contact: Contact
-    joints: Array       # [rad], shape (6,)
+    joints: Array  # [rad], shape (6,)
 
 
 class _Session(asyncio.Protocol):
@@ -90,8 +91,12 @@ class _Session(asyncio.Protocol):
 class Emulator:
     """A running emulator; a context manager."""
 
-    def __init__(self, settings: EmulatorSettings, surface: SkinSurface | None = None,
-                 clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        settings: EmulatorSettings,
+        surface: SkinSurface | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Open the port and start to move and push.
 
         Args:
@@ -103,8 +108,13 @@ class Emulator:
             ArmConnectionError: When the port cannot be opened.
         """
         arm = Arm(Kinematics(settings.variant), RM65_LIMITS, Brush(), settings.generation)
-        controller = Controller(arm, np.radians(settings.joints_deg), surface or NoSurface(), clock,
-                                np.random.default_rng(settings.seed))
+        controller = Controller(
+            arm,
+            np.radians(settings.joints_deg),
+            surface or NoSurface(),
+            clock,
+            np.random.default_rng(settings.seed),
+        )
         self._desk = Desk(controller, PushSettings(port=settings.udp_port))
         self._lock = threading.Lock()
         self._sender = PushSender()
@@ -115,14 +125,18 @@ class Emulator:
         self._loop = asyncio.new_event_loop()
         try:
             self._server = self._loop.run_until_complete(
-                self._loop.create_server(lambda: _Session(self), settings.host, settings.port))
+                self._loop.create_server(lambda: _Session(self), settings.host, settings.port)
+            )
         except (OSError, UnicodeError) as error:
             self._loop.close()
-            raise ArmConnectionError(f"cannot listen on {settings.host}:{settings.port}: {error}; "
-                                     "choose another host or port") from error
+            raise ArmConnectionError(
+                f"cannot listen on {settings.host}:{settings.port}: {error}; choose another host or port"
+            ) from error
         self.port = int(self._server.sockets[0].getsockname()[1])
-        self._threads = [threading.Thread(target=self._loop.run_forever, name="emulator-tcp", daemon=True),
-                         threading.Thread(target=self._run, name="emulator-arm", daemon=True)]
+        self._threads = [
+            threading.Thread(target=self._serve, name="emulator-tcp", daemon=True),
+            threading.Thread(target=self._run, name="emulator-arm", daemon=True),
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -165,14 +179,21 @@ class Emulator:
             session.transport.abort()
         self._loop.call_soon(self._loop.stop)
 
+    def _serve(self) -> None:
+        raise_priority()
+        self._loop.run_forever()
+
     def _run(self) -> None:
         """Step the arm on an absolute schedule, so that lateness does not add up."""
+        raise_priority()
         due, count = time.monotonic(), 0
         while self._open:
             with self._lock:
                 settled = self._desk.controller.step()
                 push = self._desk.push
-                data = datagram(self._desk.controller, push) if push.enable and count % push.cycle == 0 else b""
+                data = (
+                    datagram(self._desk.controller, push) if push.enable and count % push.cycle == 0 else b""
+                )
             if data:
                 self._sender.send(data, push)
             if settled and self._open:
@@ -189,12 +210,21 @@ class Emulator:
         """Send one completion event per ended motion to every client."""
         for end in settled:
             for session in list(self.sessions):
-                session.send({"state": "current_trajectory_state", "trajectory_state": end.reached, "device": 0,
-                              "trajectory_connect": 0})
+                session.send(
+                    {
+                        "state": "current_trajectory_state",
+                        "trajectory_state": end.reached,
+                        "device": 0,
+                        "trajectory_connect": 0,
+                    }
+                )
 
 
-def run(settings: EmulatorSettings, surface: SkinSurface | None = None,
-        clock: Callable[[], float] = time.monotonic) -> None:
+def run(
+    settings: EmulatorSettings,
+    surface: SkinSurface | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
     """Run an emulator until Ctrl-C."""
     with Emulator(settings, surface, clock) as emulator:
         log.info("RM65-%s emulator listens on %s:%d", settings.variant, settings.host, emulator.port)

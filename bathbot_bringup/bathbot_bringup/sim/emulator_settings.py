@@ -13,11 +13,11 @@ class EmulatorSettings:
     """Where the emulator listens and which arm it is."""
 
     host: str = "127.0.0.1"  # loopback unless told otherwise
-    port: int = 8080         # TCP; 0: any free one
-    udp_port: int = 8089     # where the state push goes until a client sets it
+    port: int = 8080  # TCP; 0: any free one
+    udp_port: int = 8089  # where the state push goes until a client sets it
     variant: str = "6F"
     generation: int = 3
-    seed: int = 0            # of the force sensor's noise
+    seed: int = 0  # of the force sensor's noise
     joints_deg: tuple[float, ...] = HOME_DEG  # where the arm stands at first
 
     def __post_init__(self) -> None:

@@ -3,11 +3,13 @@
 import math
 
 import numpy as np
+from bathbot_scrub.rm65.limits import JointLimits
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.limits import JointLimits
-
 Array = NDArray[np.float64]
+_ACCELERATION = math.radians(600.0)  # [rad/s^2], the controller's own default
+_BRAKING = 0.8       # share of it that is counted on to stop at the target
+_RATE_MEMORY = 0.7   # of the target's own speed, per step
 
 
 class JointDynamics:
@@ -21,9 +23,9 @@ class JointDynamics:
         self.positions = [float(q) for q in np.asarray(joints)]
         self.speeds = [0.0] * 6
         self._bandwidth = bandwidth
-        self._speed_limits = [float(v) for v in limits.speed]
-        # the controller's own default, 600 deg/s^2
-        self._acceleration = math.radians(600.0)
+        self._limits = [float(v) for v in limits.speed]
+        self._goals = list(self.positions)
+        self._rates = [0.0] * 6
 
     @property
     def joints(self) -> Array:
@@ -32,17 +34,23 @@ class JointDynamics:
 
     def step(self, target: ArrayLike, dt: float) -> None:
         """Advance by `dt` [s] towards the target [rad], shape (6,), exact while no limit is met."""
-        omega, decay = self._bandwidth, math.exp(-self._bandwidth * dt)
-        most = self._acceleration * dt
+        omega, decay, most = self._bandwidth, math.exp(-self._bandwidth * dt), _ACCELERATION * dt
         for i, goal in enumerate(target):
-            position, speed, error = self.positions[i], self.speeds[i], self.positions[i] - goal
+            goal, limit = float(goal), self._limits[i]
+            rate = (goal - self._goals[i]) / dt
+            self._goals[i] = goal
+            self._rates[i] += (1.0 - _RATE_MEMORY) * (min(max(rate, -limit), limit) - self._rates[i])
+            speed, error = self.speeds[i], self.positions[i] - goal
             slope = speed + omega * error
             free = (speed - omega * slope * dt) * decay
-            change = min(max(free - speed, -most), most)
-            limit = self._speed_limits[i]
-            new = min(max(speed + change, -limit), limit)
-            limited = abs(new - free) > 1e-9
-            self.positions[i] = position + 0.5 * (speed + new) * dt if limited else goal + (error + slope * dt) * decay
+            # no faster than the target itself plus what can still be braked away
+            limit = min(limit, abs(self._rates[i]) + math.sqrt(2.0 * _BRAKING * _ACCELERATION * abs(error)))
+            wanted = min(max(free, -limit), limit)
+            new = speed + min(max(wanted - speed, -most), most)
+            if new == free:
+                self.positions[i] = goal + (error + slope * dt) * decay
+            else:
+                self.positions[i] += 0.5 * (speed + new) * dt
             self.speeds[i] = new
 
     def at_rest(self, target: ArrayLike) -> bool:

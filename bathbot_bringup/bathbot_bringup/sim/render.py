@@ -1,7 +1,8 @@
 """Pictures of a lit stage: colour, true depth and part labels of every pixel.
 
-One function serves the pictures a detector learns from and the simulated camera. Everything that rarely changes
-(shadows, ambient occlusion) is computed once per stage; a picture is then a z-buffer and arithmetic per pixel.
+One function serves the pictures a detector learns from and the simulated camera. Everything that rarely
+changes (shadows, ambient occlusion) is computed once per stage; a picture is then a z-buffer and arithmetic
+per pixel.
 """
 
 from functools import lru_cache
@@ -10,14 +11,15 @@ from typing import NamedTuple
 import cv2
 import numba
 import numpy as np
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import rotate
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.body import Part, vertex_normals
 from bathbot_bringup.sim.render_light import blocked, shaded
 from bathbot_bringup.sim.render_raster import project_vertices, rasterise
+from bathbot_bringup.sim.render_room import Room
 from bathbot_bringup.sim.render_stage import Stage
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import rotate
 
 Array = NDArray[np.float64]
 
@@ -59,16 +61,20 @@ def _grain() -> NDArray[np.float32]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _mix(columns, faces, face, weights):  # noqa: ANN001, ANN202
+def _mix(columns, faces, face, weights):
     out = np.empty((len(face), columns.shape[1]), dtype=np.float32)
     for i in range(len(face)):
         a, b, c = faces[face[i], 0], faces[face[i], 1], faces[face[i], 2]
         for k in range(columns.shape[1]):
-            out[i, k] = weights[i, 0] * columns[a, k] + weights[i, 1] * columns[b, k] + weights[i, 2] * columns[c, k]
+            out[i, k] = (
+                weights[i, 0] * columns[a, k] + weights[i, 1] * columns[b, k] + weights[i, 2] * columns[c, k]
+            )
     return out
 
 
-def _shade_mesh(stage: Stage, face: NDArray, weights: NDArray, views: Array, points: Array) -> NDArray[np.float32]:
+def _shade_mesh(
+    stage: Stage, face: NDArray, weights: NDArray, views: Array, points: Array
+) -> NDArray[np.float32]:
     """Light from the pixels that see the mesh, shape (N, 3)."""
     mesh = stage.mesh
     normals = vertex_normals(mesh.vertices, mesh.faces)
@@ -78,7 +84,9 @@ def _shade_mesh(stage: Stage, face: NDArray, weights: NDArray, views: Array, poi
     ], axis=1).astype(np.float32)  # fmt: skip
     mixed = _mix(columns, mesh.faces, face, weights)
     surface, texture, grain = mixed[:, :-4], mixed[:, -4:-1], mixed[:, -1]
-    fine, coarse = (_grain()[tuple((texture * per_metre).astype(np.int32).T & 63)] for per_metre in (700.0, 190.0))
+    fine, coarse = (
+        _grain()[tuple((texture * per_metre).astype(np.int32).T & 63)] for per_metre in (700.0, 190.0)
+    )
     surface[:, :3] *= (1.0 + grain * (0.6 * fine + 0.5 * coarse))[:, None]
     ripple = np.sin(texture @ _WAVES).sum(axis=1)  # water films and sweat break highlights up
     surface[:, 6] *= np.clip(0.9 + 0.35 * ripple + 0.25 * fine, 0.05, 3.0)
@@ -114,7 +122,7 @@ def _enlarged(picture: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[n
 
 @lru_cache(maxsize=1)
 def _film() -> NDArray[np.uint8]:
-    """sRGB bytes of linear light in steps of 1/8192, with a soft shoulder."""
+    """SRGB bytes of linear light in steps of 1/8192, with a soft shoulder."""
     light = np.arange(4 * 8192) / 8192.0
     light = np.where(light < 0.6, light, 0.6 + 0.4 * np.tanh((light - 0.6) / 0.55))
     srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-6) ** (1 / 2.4) - 0.055)
@@ -125,6 +133,15 @@ def developed(radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
     """From linear light to sRGB bytes."""
     film = _film()
     return film[np.clip(radiance * np.float32(8192.0), 0.0, len(film) - 1).astype(np.int32)]
+
+
+def depth_of_room(room: Room, pinhole: Pinhole, T_world_camera: ArrayLike) -> NDArray[np.float32]:
+    """True distance of the empty room along the optical axis [m], shape (H, W)."""
+    T_world_camera = np.asarray(T_world_camera, dtype=float)
+    rays = rotate(T_world_camera, camera_rays(pinhole))
+    return (
+        room.distance(T_world_camera[:3, 3], rays.reshape(-1, 3)).reshape(rays.shape[:2]).astype(np.float32)
+    )
 
 
 def picture_of_room(stage: Stage, pinhole: Pinhole, T_world_camera: ArrayLike) -> Rendering:

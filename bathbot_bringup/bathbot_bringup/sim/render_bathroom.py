@@ -1,12 +1,12 @@
 """Rooms, lamps and furniture of a bathroom, drawn at random."""
 
 import numpy as np
+from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.render_light import Lamp, Lighting
 from bathbot_bringup.sim.render_mesh import Mesh, box_shape, capsule_shape, cylinder_shape, plain_mesh
 from bathbot_bringup.sim.render_room import Room, Tiles
-from bathbot_depthcorr.rigid import transform_from
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,9 @@ TILE_COLOURS = (
 def random_tiles(rng: np.random.Generator) -> Tiles:
     """Draw a tiled surface; some are the colour of skin or wood."""
     size = float(rng.choice([0.05, 0.1, 0.15, 0.2, 0.3, 0.6]))
-    colour = np.clip(np.array(TILE_COLOURS[rng.integers(len(TILE_COLOURS))]) * rng.uniform(0.8, 1.15), 0.02, 0.85)
+    colour = np.clip(
+        np.array(TILE_COLOURS[rng.integers(len(TILE_COLOURS))]) * rng.uniform(0.8, 1.15), 0.02, 0.85
+    )
     joint = np.clip(colour * rng.uniform(0.4, 0.8) if rng.uniform() < 0.7 else np.full(3, 0.7), 0.02, 0.85)
     return Tiles(
         size=(size, size * float(rng.choice([1.0, 0.5, 2.0]))),
@@ -62,11 +64,18 @@ def stool(seat: ArrayLike, floor: float, rng: np.random.Generator) -> list[Mesh]
     """A shower stool with four legs under a seat point [m]."""
     seat = np.asarray(seat, dtype=float)
     colour = ((0.75, 0.75, 0.73), (0.2, 0.3, 0.35), (0.35, 0.25, 0.15))[rng.integers(3)]
-    top = plain_mesh(*cylinder_shape(seat - (0, 0, 0.045), seat - (0, 0, 0.004), (0.165, 0.17)), colour, gloss=0.3)
+    top = plain_mesh(
+        *cylinder_shape(seat - (0, 0, 0.045), seat - (0, 0, 0.004), (0.165, 0.17)), colour, gloss=0.3
+    )
     legs = []
     for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        start, end = seat + (0.11 * x, 0.11 * y, -0.045), np.array([seat[0] + 0.15 * x, seat[1] + 0.15 * y, floor])
-        legs.append(plain_mesh(*cylinder_shape(start, end, (0.012, 0.012), around=10), (0.6, 0.6, 0.62), gloss=0.5))
+        start, end = (
+            np.add(seat, (0.11 * x, 0.11 * y, -0.045)),
+            np.array([seat[0] + 0.15 * x, seat[1] + 0.15 * y, floor]),
+        )
+        legs.append(
+            plain_mesh(*cylinder_shape(start, end, (0.012, 0.012), around=10), (0.6, 0.6, 0.62), gloss=0.5)
+        )
     return [top, *legs]
 
 
@@ -99,12 +108,14 @@ def clutter(rng: np.random.Generator, room: Room) -> list[Mesh]:
         colour = (0.6, 0.6, 0.62) if rng.uniform() < 0.6 else (0.5, 0.36, 0.25)
         things.append(plain_mesh(*capsule_shape(start, end, 0.015, around=10), colour, gloss=1.0))
     for _ in range(rng.integers(0, 6)):  # bottles, buckets
-        foot = np.array([rng.uniform(low[0] + 0.1, high[0] - 0.2), rng.uniform(low[1] + 0.1, high[1] - 0.1), low[2]])
+        foot = np.array(
+            [rng.uniform(low[0] + 0.1, high[0] - 0.2), rng.uniform(low[1] + 0.1, high[1] - 0.1), low[2]]
+        )
         if np.hypot(*foot[:2]) < 0.45:
             continue
         radius, height = rng.uniform(0.03, 0.16), rng.uniform(0.1, 0.35)
         colour = np.clip(rng.uniform(0.05, 0.8) * (1 + rng.normal(0, 0.4, 3)), 0.02, 0.9)
-        shape = cylinder_shape(foot, foot + (0, 0, height), (radius * 0.9, radius))
+        shape = cylinder_shape(foot, np.add(foot, (0, 0, height)), (radius * 0.9, radius))
         things.append(plain_mesh(*shape, colour, gloss=0.4))
     return things
 
@@ -112,8 +123,12 @@ def clutter(rng: np.random.Generator, room: Room) -> list[Mesh]:
 def arm_like(rng: np.random.Generator, base: Array, tip: Array, floor: float) -> list[Mesh]:
     """A robot arm's likeness on its pedestal: from a base to a tip [m], bent upwards."""
     shell = ((0.75, 0.75, 0.76), (0.12, 0.12, 0.13), (0.6, 0.62, 0.65))[rng.integers(3)]
-    shoulder = base + (0, 0, 0.24)
-    wrist = tip + 0.27 * (shoulder - tip) / max(np.linalg.norm(shoulder - tip), 1e-6) + (0, 0, rng.uniform(0.0, 0.12))
+    shoulder = np.add(base, (0, 0, 0.24))
+    wrist = (
+        tip
+        + 0.27 * (shoulder - tip) / max(np.linalg.norm(shoulder - tip), 1e-6)
+        + (0, 0, rng.uniform(0.0, 0.12))
+    )
     elbow = 0.5 * (shoulder + wrist) + (*rng.normal(0, 0.08, 2), rng.uniform(0.1, 0.28))
     joints = [base, shoulder, elbow, wrist, tip]
     radii = (0.06, 0.05, 0.042, 0.035)

@@ -1,7 +1,8 @@
 """Boxes of visible skin from part labels, and PASCAL VOC files.
 
-One box per class on the middle of the body, one per left or right limb, hand and foot, round all pieces of a divided
-one. A face ends at the chin, the neck is trunk, a bare shoulder is upper limb: the labels say so already.
+One box per class on the middle of the body, one per left or right limb, hand and foot, round all pieces of a
+divided one. A face ends at the chin, the neck is trunk, a bare shoulder is upper limb: the labels say so
+already.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Lamps, and what of their light and of the sky reaches a surface: shadows and ambient occlusion by ray casting."""
+"""Lamps, and what of their light and of the sky reaches a surface: shadows, occlusion by ray casting."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -36,7 +36,7 @@ class Lighting:
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
-def _shade(surface, views, points, sky, ground, lamp_places, lamp_colours, out):  # noqa: ANN001, ANN202
+def _shade(surface, views, points, sky, ground, lamp_places, lamp_colours, out):
     for i in range(len(surface)):
         s = surface[i]
         nx, ny, nz = s[3], s[4], s[5]
@@ -62,7 +62,9 @@ def _shade(surface, views, points, sky, ground, lamp_places, lamp_colours, out):
                 out[i, c] += share * (s[c] * cosine + shine) * lamp_colours[k, c]
 
 
-def shaded(surface: NDArray[np.float32], views: Array, points: Array, lighting: Lighting) -> NDArray[np.float32]:
+def shaded(
+    surface: NDArray[np.float32], views: Array, points: Array, lighting: Lighting
+) -> NDArray[np.float32]:
     """Light leaving surface points towards the camera: Lambert, Blinn-Phong and ambient light.
 
     Args:
@@ -75,8 +77,8 @@ def shaded(surface: NDArray[np.float32], views: Array, points: Array, lighting: 
         Linear light, shape (N, 3).
     """
     out = np.empty((len(surface), 3), dtype=np.float32)
-    places = np.array([lamp.position for lamp in lighting.lamps])
-    colours = np.array([lamp.colour for lamp in lighting.lamps])
+    places = np.array([lamp.position for lamp in lighting.lamps], dtype=float).reshape(-1, 3)
+    colours = np.array([lamp.colour for lamp in lighting.lamps], dtype=float).reshape(-1, 3)
     _shade(surface, views, points, lighting.sky, lighting.ground, places, colours, out)
     return out
 
@@ -96,13 +98,17 @@ def blocked(
 ) -> NDArray[np.bool_]:
     """Whether something lies within a reach [m] of each ray, shape (N, 3) -> (N,)."""
     rays = np.concatenate([origins, directions], axis=1).astype(np.float32)
-    return scene.test_occlusions(o3d.core.Tensor(rays), tnear=0.0, tfar=reach).numpy()
+    return scene.test_occlusions(o3d.core.Tensor(rays), tnear=0.0, tfar=reach, nthreads=1).numpy()
 
 
 def ambient_occlusion(
-    vertices: Array, normals: Array, scene: o3d.t.geometry.RaycastingScene, rng: np.random.Generator,
-    rays: int = 24, reach: float = 0.35,
-) -> NDArray[np.float32]:  # fmt: skip
+    vertices: Array,
+    normals: Array,
+    scene: o3d.t.geometry.RaycastingScene,
+    rng: np.random.Generator,
+    rays: int = 24,
+    reach: float = 0.35,
+) -> NDArray[np.float32]:
     """Share of the sky each point sees, 0..1, shape (N,); cosine-weighted rays of limited reach [m]."""
     seen = np.zeros(len(vertices), dtype=np.float32)
     origins = vertices + 0.002 * normals
@@ -115,9 +121,13 @@ def ambient_occlusion(
 
 
 def lamp_visibility(
-    points: Array, normals: Array, lamp: Lamp, scene: o3d.t.geometry.RaycastingScene, rng: np.random.Generator,
+    points: Array,
+    normals: Array,
+    lamp: Lamp,
+    scene: o3d.t.geometry.RaycastingScene,
+    rng: np.random.Generator,
     samples: int = 4,
-) -> NDArray[np.float32]:  # fmt: skip
+) -> NDArray[np.float32]:
     """Share of a lamp each point sees, 0..1, shape (N,); zero where the surface looks away."""
     share = np.zeros(len(points), dtype=np.float32)
     facing = np.flatnonzero(((lamp.position - points) * normals).sum(axis=1) > 0.0)

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from bathbot_depthcorr.rigid import transform_points
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.body import Part
-from bathbot_depthcorr.rigid import transform_points
 
 Array = NDArray[np.float64]
 
@@ -75,8 +75,7 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     faces = np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)])
     columns = {
-        name: np.concatenate([getattr(mesh, name) for mesh in meshes])
-        for name in (*_PER_VERTEX, *_PER_FACE)
+        name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in (*_PER_VERTEX, *_PER_FACE)
     }
     return Mesh(faces=faces.astype(np.int32), **columns)
 
@@ -97,17 +96,23 @@ def frame_along(direction: Array) -> Array:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def capsule_shape(start: ArrayLike, end: ArrayLike, radius: float, around: int = 20) -> tuple[Array, NDArray[np.int32]]:
+def capsule_shape(
+    start: ArrayLike, end: ArrayLike, radius: float, around: int = 20
+) -> tuple[Array, NDArray[np.int32]]:
     """Vertices and faces of a capsule between two points [m]."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     length, rotation = float(np.linalg.norm(end - start)), frame_along(end - start)
     bow = np.linspace(-np.pi / 2, 0.0, 6)
     steps = np.linspace(0.0, length, max(int(length / 0.04), 1) + 1)
     height = np.concatenate([radius * np.sin(bow[:-1]), steps, length - radius * np.sin(bow[-2::-1])])
-    width = np.concatenate([radius * np.cos(bow[:-1]), np.full(len(steps), radius), radius * np.cos(bow[-2::-1])])
+    width = np.concatenate(
+        [radius * np.cos(bow[:-1]), np.full(len(steps), radius), radius * np.cos(bow[-2::-1])]
+    )
     angle = np.linspace(0.0, 2.0 * np.pi, around + 1)
-    points = np.stack(np.broadcast_arrays(
-        width[:, None] * np.cos(angle), width[:, None] * np.sin(angle), height[:, None]), axis=-1)  # fmt: skip
+    points = np.stack(
+        np.broadcast_arrays(width[:, None] * np.cos(angle), width[:, None] * np.sin(angle), height[:, None]),
+        axis=-1,
+    )
     return points.reshape(-1, 3) @ rotation.T + start, grid_faces(len(height), around + 1)
 
 
@@ -122,8 +127,10 @@ def cylinder_shape(
     wall = radii[0] + steps * (radii[1] - radii[0])
     width = np.concatenate([[0.0, radii[0]], wall, [radii[1], 0.0]])
     angle = np.linspace(0.0, 2.0 * np.pi, around + 1)
-    points = np.stack(np.broadcast_arrays(
-        width[:, None] * np.cos(angle), width[:, None] * np.sin(angle), height[:, None]), axis=-1)  # fmt: skip
+    points = np.stack(
+        np.broadcast_arrays(width[:, None] * np.cos(angle), width[:, None] * np.sin(angle), height[:, None]),
+        axis=-1,
+    )
     return points.reshape(-1, 3) @ rotation.T + start, grid_faces(len(height), around + 1)
 
 

@@ -1,25 +1,25 @@
 """Flat printed targets drawn exactly: rays meet the plane, and a pixel averages many of them.
 
-Corner finders notice errors of a hundredth of a pixel, so a texture's cells have sharp edges and the lens's blur is
-the pixel's own area.
+Corner finders notice errors of a hundredth of a pixel, so a texture's cells have sharp edges and the lens's
+blur is the pixel's own area.
 """
 
 from dataclasses import dataclass
 
 import numba
 import numpy as np
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import inverse, rotate, transform_points
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.render import camera_rays
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import inverse, rotate, transform_points
 
-SAMPLES = 5  # per pixel and direction
+SAMPLES = 4  # per pixel and direction
 
 
 @dataclass(frozen=True, slots=True)
 class Poster:
-    """A printed rectangle in its own frame: x right, y down as printed, z into the wall, origin at the centre.
+    """A printed rectangle; in its frame x is right, y down as printed, z into the wall, 0 the centre.
 
     Attributes:
         width: [m].
@@ -33,7 +33,7 @@ class Poster:
 
 
 @numba.njit(cache=True, nogil=True)
-def _draw(rays, across, down, eye, half_w, half_h, cells, light, radiance, depth):  # noqa: ANN001, ANN202
+def _draw(rays, across, down, eye, half_w, half_h, cells, light, radiance, depth):
     rows, columns = cells.shape
     for v in range(rays.shape[0]):
         for u in range(rays.shape[1]):
@@ -52,7 +52,10 @@ def _draw(rays, across, down, eye, half_w, half_h, cells, light, radiance, depth
                     y = eye[1] - eye[2] / z * (rays[v, u, 1] + a * across[v, u, 1] + b * down[v, u, 1])
                     if abs(x) < half_w and abs(y) < half_h:
                         inside += 1
-                        total += cells[int((y + half_h) / (2 * half_h) * rows), int((x + half_w) / (2 * half_w) * columns)]
+                        total += cells[
+                            int((y + half_h) / (2 * half_h) * rows),
+                            int((x + half_w) / (2 * half_w) * columns),
+                        ]
             share = inside / (SAMPLES * SAMPLES)
             for c in range(3):
                 radiance[v, u, c] = (1.0 - share) * radiance[v, u, c] + light[c] * total / (SAMPLES * SAMPLES)

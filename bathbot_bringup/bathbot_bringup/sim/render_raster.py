@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import inverse, transform_points
+from numpy.typing import ArrayLike, NDArray
 
 NEAR = 0.03  # [m]; triangles nearer than this are not drawn
 
@@ -19,7 +18,8 @@ class Fragments(NamedTuple):
     """What each pixel sees.
 
     Attributes:
-        depth: Distance along the optical axis [m], of what lay behind where no triangle is, shape (H, W) float32.
+        depth: Distance along the optical axis [m], of what lay behind where no triangle is, shape (H, W)
+            float32.
         face: Triangle number, -1 where none, shape (H, W) int32.
         weights: Barycentric weights of the triangle's corners, shape (H, W, 3) float32.
     """
@@ -30,7 +30,7 @@ class Fragments(NamedTuple):
 
 
 @numba.njit(cache=True, nogil=True)
-def _fill(u, v, z, faces, depth, face, weights):  # noqa: ANN001, ANN202
+def _fill(u, v, z, faces, depth, face, weights):
     height, width = depth.shape
     for k in range(faces.shape[0]):
         a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
@@ -60,7 +60,9 @@ def _fill(u, v, z, faces, depth, face, weights):  # noqa: ANN001, ANN202
                     weights[y, x, 2] = wc * ic / near
 
 
-def project_vertices(vertices_world: ArrayLike, pinhole: Pinhole, T_world_camera: ArrayLike) -> NDArray[np.float32]:
+def project_vertices(
+    vertices_world: ArrayLike, pinhole: Pinhole, T_world_camera: ArrayLike
+) -> NDArray[np.float32]:
     """Pixels and depth (u, v, z) of points [m], shape (V, 3); z is NaN behind the camera."""
     points = transform_points(inverse(T_world_camera), vertices_world)
     # Far outside the picture the distortion polynomial folds back: such points must not be drawn.
@@ -81,7 +83,9 @@ def rasterise(
         behind: Distance of what the picture shows already [m], inf where nothing, shape (H, W).
     """
     fragments = Fragments(
-        behind.copy(), np.full(behind.shape, -1, dtype=np.int32), np.zeros((*behind.shape, 3), dtype=np.float32)
+        behind.copy(),
+        np.full(behind.shape, -1, dtype=np.int32),
+        np.zeros((*behind.shape, 3), dtype=np.float32),
     )
     u, v, z = (np.ascontiguousarray(column) for column in projected.T)
     _fill(u, v, z, faces, *fragments)

@@ -48,12 +48,20 @@ class Room:
     floor: Tiles
     ceiling: tuple[float, float, float]
 
-    def hit(self, origin: Array, directions: Array) -> RoomHit:
-        """Meet the room from a point inside it, shape (3,), along directions, shape (N, 3)."""
+    def distance(self, origin: Array, directions: Array) -> Array:
+        """Lengths of directions, shape (N, 3), from a point inside, shape (3,), to the room, shape (N,)."""
+        return self._exits(origin, directions).min(axis=1)
+
+    def _exits(self, origin: Array, directions: Array) -> Array:
+        """The same for the pair of planes across each axis, shape (N, 3)."""
         low, high = np.asarray(self.low), np.asarray(self.high)
         with np.errstate(divide="ignore", invalid="ignore"):
             exits = np.where(directions > 0.0, high - origin, low - origin) / directions
-        exits = np.where(np.abs(directions) < 1e-12, np.inf, exits)
+        return np.where(np.abs(directions) < 1e-12, np.inf, exits)
+
+    def hit(self, origin: Array, directions: Array) -> RoomHit:
+        """Meet the room from a point inside it, shape (3,), along directions, shape (N, 3)."""
+        exits = self._exits(origin, directions)
         axis = exits.argmin(axis=1)
         rows = np.arange(len(directions))
         distance = exits[rows, axis]
@@ -75,8 +83,10 @@ class Room:
         return RoomHit(distance, normals, albedo, gloss)
 
 
-def tile_colours(tiles: Tiles, across: Array, along: Array, distance: Array, seed: Array) -> tuple[Array, Array]:
-    """Linear colour (N, 3) and gloss (N,) of places [m] on a tiled surface, joints softened by distance [m]."""
+def tile_colours(
+    tiles: Tiles, across: Array, along: Array, distance: Array, seed: Array
+) -> tuple[Array, Array]:
+    """Linear colour (N, 3) and gloss (N,) of places [m] on tiles; distance [m] softens the joints."""
     u, v = across / tiles.size[0], along / tiles.size[1]
     column, row = np.floor(u), np.floor(v)
     edge = np.minimum(

@@ -40,8 +40,12 @@ class Stage:
         """Two stages in the same light: the mesh's first vertices and faces, and the others."""
         first, rest = self.mesh.split(vertices, faces)
         return (
-            replace(self, mesh=first, occlusion=self.occlusion[:vertices], visibility=self.visibility[:vertices]),
-            replace(self, mesh=rest, occlusion=self.occlusion[vertices:], visibility=self.visibility[vertices:]),
+            replace(
+                self, mesh=first, occlusion=self.occlusion[:vertices], visibility=self.visibility[:vertices]
+            ),
+            replace(
+                self, mesh=rest, occlusion=self.occlusion[vertices:], visibility=self.visibility[vertices:]
+            ),
         )
 
     def holding(self, mesh: Mesh) -> "Stage":
@@ -68,5 +72,7 @@ def lit_stage(
     scene = ray_scene(mesh.vertices, mesh.faces)
     normals = vertex_normals(mesh.vertices, mesh.faces)
     occlusion = ambient_occlusion(mesh.vertices, normals, scene, rng, rays)
-    visibility = [lamp_visibility(mesh.vertices, normals, lamp, scene, rng, samples) for lamp in lighting.lamps]
-    return Stage(mesh, room, lighting, occlusion, np.stack(visibility, axis=-1), scene)
+    visibility = np.zeros((len(normals), len(lighting.lamps)), dtype=np.float32)
+    for column, lamp in zip(visibility.T, lighting.lamps, strict=True):
+        column[:] = lamp_visibility(mesh.vertices, normals, lamp, scene, rng, samples)
+    return Stage(mesh, room, lighting, occlusion, visibility, scene)

@@ -1,9 +1,8 @@
 """Where a camera stands."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from bathbot_depthcorr.rigid import transform_from
+from numpy.typing import ArrayLike, NDArray
 
 
 def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> NDArray[np.float64]:

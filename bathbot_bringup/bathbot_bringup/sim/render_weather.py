@@ -59,7 +59,9 @@ def dropped(radiance: NDArray, count: int, rng: np.random.Generator) -> NDArray:
         x, y, radius = rng.uniform(0, width), rng.uniform(0, height), rng.uniform(5, 26)
         off = np.hypot((u - x) / rng.uniform(0.8, 1.2), v - y) / radius
         inside = np.clip((1.0 - off) * 4.0, 0.0, 1.0)[..., None]
-        flipped = cv2.remap(soft, np.clip(x - 3 * (u - x), 0, width - 1), np.clip(y - 3 * (v - y), 0, height - 1), 1)
+        flipped = cv2.remap(
+            soft, np.clip(x - 3 * (u - x), 0, width - 1), np.clip(y - 3 * (v - y), 0, height - 1), 1
+        )
         rim = 1.0 - 0.35 * np.clip(1.0 - 6.0 * np.abs(off - 0.85), 0.0, 1.0)[..., None]
         result = result * (1.0 - 0.85 * inside) + 0.85 * inside * flipped * rim
     return result

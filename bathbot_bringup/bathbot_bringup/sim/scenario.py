@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
+from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.errors import SettingsError
-from bathbot_depthcorr.rigid import transform_from
 
 SCENARIOS = Path(__file__).parent / "scenarios"
 
@@ -72,7 +72,9 @@ class Scenario:
             if not 0.0 <= value <= most:
                 raise SettingsError(f"scenario {name} must lie between 0 and {most}, got {value}")
         if any(shift.duration <= 0.0 for shift in self.shifts):
-            raise SettingsError("a shift of a scenario must last longer than 0 s; remove it or set its duration")
+            raise SettingsError(
+                "a shift of a scenario must last longer than 0 s; remove it or set its duration"
+            )
 
 
 def scenario_names() -> list[str]:
@@ -88,12 +90,16 @@ def load_scenario(name: str) -> Scenario:
     """
     path = Path(name) if name.endswith((".yaml", ".yml")) else SCENARIOS / f"{name}.yaml"
     if not path.is_file():
-        raise SettingsError(f"no scenario {name!r}; there are {', '.join(scenario_names())}, or give a .yaml file")
+        raise SettingsError(
+            f"no scenario {name!r}; there are {', '.join(scenario_names())}, or give a .yaml file"
+        )
     try:
         content = yaml.safe_load(path.read_text()) or {}
         known = {field.name for field in fields(Scenario)}
         if unknown := set(content) - known:
-            raise SettingsError(f"scenario {path.name} has an unknown key {unknown.pop()}; known are {sorted(known)}")
+            raise SettingsError(
+                f"scenario {path.name} has an unknown key {unknown.pop()}; known are {sorted(known)}"
+            )
         shifts = tuple(Shift(**{**entry, "offset": tuple(entry.get("offset", (0.0, 0.0, 0.0)))})
                        for entry in content.pop("shifts", ()))  # fmt: skip
         return Scenario(shifts=shifts, **content)

@@ -1,14 +1,15 @@
 """The bathroom of one seed: who sits where, what the camera sees from where, what light there is.
 
-base_link is the arm's base on a pedestal, z up, x towards the person. The person's front looks diagonally at the
-arm, the legs pass beside the pedestal. Body, tone, pose and light vary with the seed; the camera does not: it is
-one unit on one mast.
+base_link is the arm's base on a pedestal, z up, x towards the person. The person's front looks diagonally at
+the arm, the legs pass beside the pedestal. Body, tone, pose and light vary with the seed; the camera does
+not: it is one unit on one mast.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -20,17 +21,20 @@ from bathbot_bringup.sim.render_stage import Stage, lit_stage
 from bathbot_bringup.sim.render_view import looking_at
 from bathbot_bringup.sim.scenario import BodyMotion, Scenario
 from bathbot_bringup.sim.skin_tone import Look, dressed, random_look
-from bathbot_depthcorr.rigid import transform_from
 
 Array = NDArray[np.float64]
 
-FLOOR = -0.75            # [m] below the arm's base
-SEAT = (0.60, 0.0, -0.20)  # [m] where the pelvis rests
-FACING_DEG = 138.0       # facing direction from +x: 42 deg away from the arm, legs towards +y
+FLOOR = -0.75  # [m] below the arm's base
+SEAT = (0.595, 0.01, -0.235)  # [m] where the pelvis rests
+FACING_DEG = 137.0  # facing direction from +x: 43 deg away from the arm, legs towards +y
+PEDESTAL_RADIUS = 0.06  # [m]
+LEG_CLEARANCE = 0.025  # [m] between legs and pedestal
 CAMERA_EYE = (-0.1183, 0.3322, 0.7417)  # [m] on the mast; not round, as no real mount is
-CAMERA_TARGET = (0.452, 0.081, 0.214)   # [m]
+CAMERA_TARGET = (0.452, 0.081, 0.214)  # [m]
 CAMERA_ROLL_DEG = 0.7
-T_LINK_OPTICAL = transform_from([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])  # camera_link -> optical axes
+T_LINK_OPTICAL = transform_from(
+    [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
+)  # camera_link -> optical axes
 T_LINK_OPTICAL.setflags(write=False)
 
 
@@ -62,11 +66,17 @@ class BathroomScene:
 
     @cached_property
     def T_base_body(self) -> Array:
-        """Where the person sits: a few cm and degrees differ between seeds."""
+        """Where the person sits: a few cm and degrees differ between seeds, and legs clear the pedestal."""
         rng = np.random.default_rng([self.seed, 13])
-        turn = FACING_DEG + rng.uniform(-4.0, 4.0)
-        rotation = Rotation.from_euler("z", turn, degrees=True).as_matrix()
-        return transform_from(rotation, np.array(SEAT) + rng.uniform(-0.02, 0.02, 3))
+        turn = FACING_DEG + rng.uniform(-3.0, 3.0)
+        seat = np.array(SEAT) + rng.uniform((-0.02, -0.02, -0.01), (0.02, 0.02, 0.01))
+        low = self.body.vertices[self.body.vertices[:, 2] < -seat[2]]
+        for extra in np.arange(0.0, 20.0, 1.0):
+            rotation = Rotation.from_euler("z", turn - extra, degrees=True).as_matrix()
+            placed = low @ rotation.T + seat
+            if np.hypot(placed[:, 0], placed[:, 1]).min() > PEDESTAL_RADIUS + LEG_CLEARANCE:
+                break
+        return transform_from(rotation, seat)
 
     @property
     def T_base_camera(self) -> Array:
@@ -86,7 +96,7 @@ class BathroomScene:
         """The lit bathroom with the person at rest; the first vertices of its mesh are the person's."""
         rng = np.random.default_rng([self.seed, 14])
         room = random_room(rng, (-0.75, -1.1, FLOOR), (1.3, 1.3, 2.0))
-        pedestal = cylinder_shape((0.0, 0.0, FLOOR), (0.0, 0.0, 0.0), (0.10, 0.075))
+        pedestal = cylinder_shape((0.0, 0.0, FLOOR), (0.0, 0.0, 0.0), (PEDESTAL_RADIUS, 0.055))
         seat = self.T_base_body[:3, 3]
         things = [
             self.dressed.placed(self.T_base_body),

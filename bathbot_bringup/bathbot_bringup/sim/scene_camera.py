@@ -1,4 +1,4 @@
-"""What the camera would see, frame after frame: colour and true depth of the bathroom with the person and the arm.
+"""What the camera would see, frame after frame: colour and true depth of bathroom, person and arm.
 
 What never moves is drawn once per camera; a frame draws the person and the arm over it.
 """
@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.arm_mesh import ArmMesh
 from bathbot_bringup.sim.d455_unit import D455Unit
-from bathbot_bringup.sim.render import Rendering, developed, draw, picture_of_room
+from bathbot_bringup.sim.render import Rendering, depth_of_room, developed, draw, picture_of_room
 from bathbot_bringup.sim.render_raster import project_vertices, rasterise
 from bathbot_bringup.sim.render_weather import dropped, steamed
 from bathbot_bringup.sim.scenario import Scenario
 from bathbot_bringup.sim.scene import BathroomScene
 
-BRIGHTNESS = 0.42  # median linear light x exposure that an automatic exposure aims at
+BRIGHTNESS = 0.26  # mean linear light of a picture that an automatic exposure aims at
 
 
 class Frame(NamedTuple):
@@ -63,8 +63,10 @@ class BathroomView:
         self._person, still = stage.split(*count)
         self._arm = ArmMesh()
         self._arm_stage = stage.holding(self._arm.mesh)
-        self._still = draw(still, unit.colour, self.T_base_colour, picture_of_room(stage, unit.colour, self.T_base_colour))
-        room_depth = picture_of_room(stage, unit.depth, self.T_base_depth).depth
+        self._still = draw(
+            still, unit.colour, self.T_base_colour, picture_of_room(stage, unit.colour, self.T_base_colour)
+        )
+        room_depth = depth_of_room(stage.room, unit.depth, self.T_base_depth)
         self._still_depth = self._depth(still.mesh.vertices, still.mesh.faces, room_depth)
         self._expose()
 
@@ -83,10 +85,9 @@ class BathroomView:
         return rasterise(project_vertices(vertices, self._unit.depth, self.T_base_depth), faces, behind).depth
 
     def _expose(self) -> None:
-        """Choose the exposure once, for the person, as an automatic exposure left alone would settle."""
+        """Choose the exposure once, as an automatic exposure that is then locked."""
         first = draw(self._person, self._unit.colour, self.T_base_colour, self._still)
-        person = first.radiance[first.depth < self._still.depth - 1e-3]
-        gain = BRIGHTNESS / max(float(np.quantile(person.mean(axis=-1), 0.8)), 1e-3)
+        gain = BRIGHTNESS / max(float(np.minimum(first.radiance, 1.0).mean()), 1e-3)
         lighting = self._person.lighting.scaled(gain)
         self._person = replace(self._person, lighting=lighting)
         self._arm_stage = replace(self._arm_stage, lighting=lighting)

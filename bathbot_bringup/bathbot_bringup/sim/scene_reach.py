@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.rigid import rotate, transform_points
+from bathbot_scrub.rm65.inverse_kinematics import solve_head
+from bathbot_scrub.rm65.kinematics import Kinematics
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.body import Part, vertex_normals
 from bathbot_bringup.sim.render_light import blocked, ray_scene
 from bathbot_bringup.sim.scene import BathroomScene
-from bathbot_depthcorr.rigid import rotate, transform_points
-from bathbot_scrub.rm65.inverse_kinematics import solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,9 @@ def reachable_areas(scene: BathroomScene) -> dict[str, ReachableArea]:
     normals = rotate(scene.T_base_body, vertex_normals(mesh.vertices, mesh.faces))[mesh.faces].mean(axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     centres = corners.mean(axis=1)
-    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    areas = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     towards = scene.T_base_camera[:3, 3] - centres
     distance = np.linalg.norm(towards, axis=1)
     towards /= distance[:, None]

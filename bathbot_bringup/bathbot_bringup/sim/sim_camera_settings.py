@@ -21,7 +21,9 @@ class SimCameraSettings:
     scene: str = _about("bathroom", "what the camera sees: bathroom, chessboard or aruco")
     seed: int = _about(0, "of the person, of the room and of the noise; as in sim_rm65")
     scenario: str = _about("calm", "name or YAML file of how the person moves; as in sim_rm65")
-    epoch: float = _about(0.0, "ROS time at which the motion begins [s], shared with sim_rm65; 0: when the node starts")
+    epoch: float = _about(
+        0.0, "ROS time at which the motion begins [s], shared with sim_rm65; 0: when the node starts"
+    )
     rate: float = _about(6.0, "pictures per second that are aimed at")
     width: int = _about(848, "of both pictures [px]")
     height: int = _about(480, "of both pictures [px]")
@@ -30,7 +32,7 @@ class SimCameraSettings:
     celsius: float = _about(30.0, "temperature of the unit")
     colour_noise: float = _about(2.0, "noise of the colour picture, rms of 255")
     poses: int = _about(30, "chessboard: number of places the camera stands at")
-    hold: float = _about(1.2, "chessboard: how long it stands still at each [s]")
+    hold: float = _about(1.6, "chessboard: how long it stands still at each [s]")
 
     def __post_init__(self) -> None:
         """Refuse what no camera does."""

@@ -1,18 +1,19 @@
-"""Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and the truth about their contact."""
+"""Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and their true contact."""
 
 import sys
 
 import numpy as np
+from bathbot_depthcorr.stage_node import OK, StageNode, run
+from bathbot_scrub.rm65.messages import pose_message
+from bathbot_scrub.rm65.period import prefer_process
 from geometry_msgs.msg import Vector3
 
 from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
 from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
-from bathbot_depthcorr.stage_node import OK, StageNode, run
 from bathbot_msgs.msg import SimContact
-from bathbot_scrub.rm65.messages import pose_message
 
-_RATE = 50.0         # [Hz] of sim_contact
-_REPORT_EVERY = 50   # messages
+_RATE = 50.0  # [Hz] of sim_contact
+_REPORT_EVERY = 50  # messages
 
 
 class SimRm65(StageNode):
@@ -32,8 +33,9 @@ class SimRm65(StageNode):
         self._emulator = bathroom_emulator(self._settings)
         self._count, self._pushed = 0, 0
         self._timer = self.create_timer(1.0 / _RATE, self._publish)
-        self.get_logger().info(f"RM65-{self._settings.variant} emulator listens on "
-                               f"{self._settings.host}:{self._emulator.port}")
+        self.get_logger().info(
+            f"RM65-{self._settings.variant} emulator listens on {self._settings.host}:{self._emulator.port}"
+        )
 
     def stop(self) -> None:
         """Close the ports."""
@@ -52,21 +54,33 @@ class SimRm65(StageNode):
         truth = self._emulator.truth()
         contact = truth.contact
         x, y, z = (float(v) for v in contact.force)
-        message = SimContact(head=pose_message(truth.T_base_head), compression=float(contact.compression),
-                             skin_indentation=float(contact.indentation), force=Vector3(x=x, y=y, z=z),
-                             part=contact.part)
+        message = SimContact(
+            head=pose_message(truth.T_base_head),
+            compression=float(contact.compression),
+            skin_indentation=float(contact.indentation),
+            force=Vector3(x=x, y=y, z=z),
+            part=contact.part,
+        )
         message.header.stamp, message.header.frame_id = self.get_clock().now().to_msg(), "base_link"
         self._contact.publish(message)
         self._count += 1
         if self._count % _REPORT_EVERY == 0:
             pushed, self._pushed = self._emulator.pushed - self._pushed, self._emulator.pushed
-            self.report(OK, "active", clients=len(self._emulator.sessions), refused=self._emulator.refused,
-                        pushed=pushed, late=self._emulator.late, force=f"{np.linalg.norm(contact.force):.2f}")
+            self.report(
+                OK,
+                "active",
+                clients=len(self._emulator.sessions),
+                refused=self._emulator.refused,
+                pushed=pushed,
+                late=self._emulator.late,
+                force=f"{np.linalg.norm(contact.force):.2f}",
+            )
 
 
 def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter with the executor
+    prefer_process()
     run(SimRm65)
 
 

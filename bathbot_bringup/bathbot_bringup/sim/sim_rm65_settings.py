@@ -25,7 +25,9 @@ class SimRm65Settings:
     seed: int = _about(0, "of the person and of the sensor's noise; as in sim_camera")
     scenario: str = _about("calm", "name or YAML file of how the person moves; as in sim_camera")
     person: bool = _about(True, "false: nobody there, the brush meets nothing")
-    epoch: float = _about(0.0, "ROS time at which the person's motion begins [s], shared with sim_camera; 0: now")
+    epoch: float = _about(
+        0.0, "ROS time at which the person's motion begins [s], shared with sim_camera; 0: now"
+    )
 
     def __post_init__(self) -> None:
         """Refuse what no controller has."""
@@ -38,8 +40,9 @@ class SimRm65Settings:
 
     def emulator(self) -> EmulatorSettings:
         """The part about the controller."""
-        return EmulatorSettings(self.host, self.port, self.udp_port, self.variant, self.generation, self.seed,
-                                self.joints_deg)
+        return EmulatorSettings(
+            self.host, self.port, self.udp_port, self.variant, self.generation, self.seed, self.joints_deg
+        )
 
     def motion(self) -> Scenario:
         """How the person moves."""

@@ -59,7 +59,7 @@ def tone_colour(tone: float) -> Array:
 
 
 def blotches(points: Array, rng: np.random.Generator, size: float) -> Array:
-    """Smooth noise of about unit spread over points [m], shape (N, 3) -> (N,), with blotches of one size [m]."""
+    """Smooth noise of unit spread over points [m], shape (N, 3) -> (N,), in blotches of one size [m]."""
     waves = rng.normal(size=(12, 3)) / size
     return np.sqrt(2.0 / 12) * np.sin(points @ waves.T + rng.uniform(0, 2 * np.pi, 12)).sum(axis=1)
 
@@ -91,7 +91,9 @@ def skin_albedo(body: Body, look: Look, rng: np.random.Generator) -> Array:
 
 def paint_eyes(body: Body, albedo: Array, rng: np.random.Generator) -> None:
     """White balls with a dark iris, looking ahead."""
-    iris = np.array([(0.03, 0.02, 0.01), (0.05, 0.1, 0.16), (0.08, 0.05, 0.02)])[rng.choice(3, p=[0.6, 0.2, 0.2])]
+    iris = np.array([(0.03, 0.02, 0.01), (0.05, 0.1, 0.16), (0.08, 0.05, 0.02)])[
+        rng.choice(3, p=[0.6, 0.2, 0.2])
+    ]
     for sign in (-1, 1):
         ball = np.flatnonzero((body.marks == Mark.EYE) & (np.sign(body.rest[:, 1]) == sign))
         if not len(ball):
@@ -112,7 +114,9 @@ def dressed(body: Body, look: Look, rng: np.random.Generator) -> Mesh:
     folds = 0.5 + 0.5 * np.sin(blotches(body.rest, rng, 0.02) * 2.0)
     lift = hair**0.5 * look.hair_depth * (0.8 + 0.2 * folds) + cover * (0.003 + 0.005 * folds)
     strands = 1.0 + 0.35 * blotches(body.rest, rng, 0.004)[:, None]
-    albedo = np.where((body.marks == Mark.SCALP)[:, None], np.array(look.hair) * np.clip(strands, 0.3, 2), albedo)
+    albedo = np.where(
+        (body.marks == Mark.SCALP)[:, None], np.array(look.hair) * np.clip(strands, 0.3, 2), albedo
+    )
     albedo = np.where(cloth[:, None], np.array(look.cloth) * (0.75 + 0.35 * folds)[:, None], albedo)
     bare = ~cloth & (body.marks != Mark.SCALP) & (body.marks != Mark.EYE)
     labels = np.where(bare, body.parts, Part.NOT_SKIN).astype(np.uint8)
@@ -137,7 +141,13 @@ def face_votes(labels: NDArray[np.uint8], faces: NDArray[np.int32]) -> NDArray[n
 
 def random_look(rng: np.random.Generator, male: bool, wetness: float | None = None) -> Look:
     """Draw how somebody looks; women wear a top."""
-    hairs = ((0.012, 0.010, 0.009), (0.03, 0.018, 0.010), (0.10, 0.055, 0.025), (0.25, 0.23, 0.21), (0.35, 0.22, 0.10))
+    hairs = (
+        (0.012, 0.010, 0.009),
+        (0.03, 0.018, 0.010),
+        (0.10, 0.055, 0.025),
+        (0.25, 0.23, 0.21),
+        (0.35, 0.22, 0.10),
+    )
     cloths = ((0.02, 0.03, 0.08), (0.03, 0.03, 0.03), (0.35, 0.03, 0.04), (0.5, 0.5, 0.5), (0.05, 0.2, 0.12),
               (0.45, 0.35, 0.05), (0.1, 0.3, 0.5), (0.3, 0.05, 0.25))  # fmt: skip
     bottom = rng.uniform(0.44, 0.5)
@@ -154,5 +164,7 @@ def random_look(rng: np.random.Generator, male: bool, wetness: float | None = No
         wetness=float(rng.beta(1.2, 2.0)) if wetness is None else wetness,
     )
     if rng.uniform() < 0.12:  # a bathing cap or a towel round the head
-        return replace(look, hair=cloths[rng.integers(len(cloths))], hair_depth=float(rng.uniform(0.01, 0.035)))
+        return replace(
+            look, hair=cloths[rng.integers(len(cloths))], hair_depth=float(rng.uniform(0.01, 0.035))
+        )
     return look

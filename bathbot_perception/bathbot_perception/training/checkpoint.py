@@ -86,6 +86,8 @@ def restore_run(run: Run, state: dict) -> None:
     run.average.model.load_state_dict(state["average"])
     run.average.steps = state["average_steps"]
     run.optimiser.load_state_dict(state["optimiser"])
+    for group in run.optimiser.param_groups:
+        group["fused"], group["foreach"] = True, False
     run.step, run.seconds, run.best = state["step"], state["seconds"], state["best"]
 
 

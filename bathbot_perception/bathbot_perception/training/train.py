@@ -1,5 +1,7 @@
 """Train the skin detector: `python -m bathbot_perception.training.train DATASET... --out DIR`.
 
+From labelled pictures to checkpoints, curves as CSV, and `DIR/skin.onnx`, in one command.
+
 AdamW, warm-up then cosine, gradients in bfloat16, weights averaged. The schedule is a share of
 a budget in minutes, so a run ends when it should on a slow machine too. A run that was stopped
 goes on with `--resume`, also with other data sets than before.
@@ -22,12 +24,12 @@ from bathbot_perception.errors import PerceptionError, SettingsError
 from bathbot_perception.splits import split_samples
 from bathbot_perception.training.anchors import cluster_anchors
 from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.batches import BatchSettings, stream_batches
+from bathbot_perception.training.batches import Batch, BatchSettings, stream_batches
 from bathbot_perception.training.checkpoint import Average, Run, read_state, restore_run, save_run
 from bathbot_perception.training.dataset import Source, load_example, load_source
-from bathbot_perception.training.loss import detection_loss
+from bathbot_perception.training.export import export
 from bathbot_perception.training.network import Yolov5s
-from bathbot_perception.training.pace import Pace
+from bathbot_perception.training.parallel import Losses, ParallelGradient
 from bathbot_perception.training.row_log import RowLog
 from bathbot_perception.training.train_settings import TrainSettings, rate_at
 from bathbot_perception.training.validate import score_network
@@ -39,7 +41,7 @@ def make_optimiser(model: Yolov5s, settings: TrainSettings) -> torch.optim.Optim
     shrinking = [p for p in model.parameters() if p.ndim > 1]
     free = [p for p in model.parameters() if p.ndim <= 1]
     groups = [{"params": shrinking, "weight_decay": settings.decay}, {"params": free, "weight_decay": 0.0}]
-    return torch.optim.AdamW(groups, lr=settings.rate, betas=(0.9, 0.99))
+    return torch.optim.AdamW(groups, lr=settings.rate, betas=(0.9, 0.99), fused=True)
 
 
 def start_run(sources: list[Source], settings: TrainSettings, resume: Path | None) -> Run:
@@ -66,22 +68,17 @@ def _typical_sizes(source: Source, long_side: int) -> np.ndarray:
     return np.concatenate(sizes)
 
 
-def train_step(
-    run: Run, pictures: torch.Tensor, targets: torch.Tensor, rate: float
-) -> tuple[float, float, float]:
+def train_step(run: Run, gradient: ParallelGradient, batch: Batch, rate: float, frozen: bool) -> Losses:
     """One step of gradient descent; returns the three parts of the loss."""
     for group in run.optimiser.param_groups:
         group["lr"] = rate
-    with torch.autocast("cpu", torch.bfloat16):
-        raw = run.model(pictures.contiguous(memory_format=torch.channels_last))
-    parts = detection_loss(raw, targets, run.model.anchors)
-    parts.total.backward()
+    losses = gradient.compute(batch, frozen)
     torch.nn.utils.clip_grad_norm_(run.model.parameters(), 10.0)
     run.optimiser.step()
     run.optimiser.zero_grad(set_to_none=True)
     run.average.update(run.model)
     run.step += 1
-    return float(parts.box.detach()), float(parts.objectness.detach()), float(parts.category.detach())
+    return losses
 
 
 def validate_run(run: Run, held_out: dict[str, list[Example]], settings: TrainSettings, out: Path) -> float:
@@ -126,19 +123,16 @@ def train_until(
     """Train until a share of the budget is used, with checkpoints and validation on the way."""
     budget = settings.minutes * 60
     saved = validated = run.seconds
-    pace = Pace(settings.threads)
+    gradient = ParallelGradient(run.model, settings.threads)
     counted, began, losses = run.step, run.seconds, []
     batches = stream_batches(sources, _batch_settings(settings, mosaic), settings.seed + run.step)
     stopping = stop_on_signal()
     while run.seconds < until * budget and not stopping.is_set():
         start = time.monotonic()
-        torch.set_num_threads(pace.threads)
         frozen = run.seconds < settings.freeze_until * budget
-        run.model.train().backbone.requires_grad_(not frozen)
         batch = next(batches)
         rate = rate_at(run.step, run.seconds / budget, settings)
-        losses.append(train_step(run, batch.pictures, batch.targets, rate))
-        pace.took(time.monotonic() - start)
+        losses.append(train_step(run, gradient, batch, rate, frozen))
         run.seconds += time.monotonic() - start
         if run.step - counted >= 50:
             speed = (run.step - counted) * settings.batch / (run.seconds - began)
@@ -156,7 +150,7 @@ def train_until(
             )
             report(
                 f"step {run.step}  {run.seconds / 60:.1f}/{settings.minutes:.0f} min  {speed:.1f} images/s  "
-                f"threads {pace.threads}  box {box:.4f} objectness {objectness:.4f} class {category:.4f}"
+                f"box {box:.4f} objectness {objectness:.4f} class {category:.4f}"
             )
             counted, began, losses = run.step, run.seconds, []
         if run.seconds - saved > settings.checkpoint_minutes * 60:
@@ -166,6 +160,7 @@ def train_until(
             validated = run.seconds
             validate_run(run, held_out, settings, out)
     batches.close()
+    gradient.close()
     save_run(out / "last.pt", run)
     if stopping.is_set():
         raise SystemExit(f"stopped; go on with --resume {out / 'last.pt'}")
@@ -209,13 +204,12 @@ def train(
 
     Args:
         folders: Data sets with `images/` and `annotations/`, each split 60/20/20 by picture.
-        out: Folder for checkpoints, `training.csv` and `validation.csv`.
+        out: Folder for checkpoints (`last.pt`, `best.pt`), `training.csv` and `validation.csv`.
         settings: See `TrainSettings`; `shares` follow `folders`, then `whole`.
         resume: Checkpoint to go on from.
         whole: Data sets of which every picture trains.
         held: Data sets of which every picture validates.
     """
-    torch.set_num_threads(settings.threads)
     cv2.setNumThreads(1)
     out.mkdir(parents=True, exist_ok=True)
     sources, held_out = gather(folders, whole, held, settings.long_side)
@@ -255,7 +249,10 @@ def main() -> None:
     values = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
     try:
         settings = TrainSettings(**values)
-        train(chosen["datasets"], chosen["out"], settings, chosen["resume"], chosen["whole"], chosen["held"])
+        last = train(
+            chosen["datasets"], chosen["out"], settings, chosen["resume"], chosen["whole"], chosen["held"]
+        )
+        export(last, chosen["out"] / "skin.onnx", settings.long_side)
     except PerceptionError as error:
         raise SystemExit(f"error: {error}") from error
 

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError, RefusedError
 from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode, joints_to_wire
 
-REPLY_TIMEOUT = 0.5      # [s], the vendor's own
-_CONNECT_TIMEOUT = 2.0   # [s]
+REPLY_TIMEOUT = 0.5  # [s], the vendor's own
+_CONNECT_TIMEOUT = 2.0  # [s]
 _SEND_TIMEOUT = struct.pack("ll", 0, 100_000)  # 0.1 s as a timeval: a deaf peer must not hold the stream
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 5.0  # [s] between attempts to connect
 
@@ -48,7 +48,7 @@ class ArmClient:
         on_connection: Callable[[Connection], None] = lambda _: None,
         on_event: Callable[[Frame], None] = lambda _: None,
     ) -> None:
-        """Start to connect in the background.
+        """Remember where to connect to; `start` begins.
 
         Args:
             host: Address or name of the controller.
@@ -68,6 +68,9 @@ class ArmClient:
         self._answer: Frame | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._live, name="rm65-tcp", daemon=True)
+
+    def start(self) -> None:
+        """Begin to connect in the background."""
         self._thread.start()
 
     def request(self, frame: Frame, timeout: float = REPLY_TIMEOUT) -> Frame:
@@ -82,7 +85,9 @@ class ArmClient:
                 self._awaited, self._answer = _REPLY_NAMES.get(command, command), None
             self._send(encode(frame))
             with self._reply:
-                answered = self._reply.wait_for(lambda: self._answer is not None or self._socket is None, timeout)
+                answered = self._reply.wait_for(
+                    lambda: self._answer is not None or self._socket is None, timeout
+                )
                 answer, self._awaited = self._answer, ""
         if answer is None:
             what = f"no reply to {command} within {timeout} s" if not answered else "the connection was lost"
@@ -98,7 +103,9 @@ class ArmClient:
         """
         answer = self.request(frame)
         if answer.get(key) is not True:
-            raise RefusedError(f"the controller refused {frame['command']}: {str(answer)[:120]}; see its error list")
+            raise RefusedError(
+                f"the controller refused {frame['command']}: {str(answer)[:120]}; see its error list"
+            )
 
     def stream_joints(self, joints: ArrayLike) -> None:
         """Send one frame of the high-follow joint stream, angles [rad], shape (6,); no reply comes.
@@ -106,10 +113,18 @@ class ArmClient:
         Raises:
             ArmConnectionError: Without connection.
         """
-        self._send(encode({
-            "command": "movej_canfd", "joint": joints_to_wire(joints),
-            "follow": True, "expand": 0, "trajectory_mode": 0, "radio": 0,
-        }))
+        self._send(
+            encode(
+                {
+                    "command": "movej_canfd",
+                    "joint": joints_to_wire(joints),
+                    "follow": True,
+                    "expand": 0,
+                    "trajectory_mode": 0,
+                    "radio": 0,
+                }
+            )
+        )
 
     def local_address(self) -> str:
         """Our own address as the controller sees it.
@@ -129,7 +144,7 @@ class ArmClient:
         """Close the connection and end the thread."""
         self._closing.set()
         self._drop()
-        if self._thread is not threading.current_thread():
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(_CONNECT_TIMEOUT + 1.0)
 
     def _send(self, data: bytes) -> None:
@@ -150,8 +165,13 @@ class ArmClient:
             try:
                 connected = socket.create_connection((self.host, self.port), _CONNECT_TIMEOUT)
             except (OSError, UnicodeError) as error:
-                self._tell(Connection(False, f"cannot reach the controller at {self.host}:{self.port} ({error}); "
-                                             "check parameters host and port, and the cable"))
+                self._tell(
+                    Connection(
+                        False,
+                        f"cannot reach the controller at {self.host}:{self.port} ({error}); "
+                        "check parameters host and port, and the cable",
+                    )
+                )
                 self._closing.wait(pause)
                 pause = min(2.0 * pause, _LONGEST_PAUSE)
                 continue

@@ -14,20 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient
-from bathbot_scrub.rm65.errors import ArmError, JointLimitError, NotReadyError
-from bathbot_scrub.rm65.force_guard import Action, ForceGuard, Reading, State
+from bathbot_scrub.rm65.errors import ArmError, NotReadyError
+from bathbot_scrub.rm65.force_guard import Action, ForceGuard, State
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.link import Sensed
 from bathbot_scrub.rm65.motion import Planner, line_pace
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.period import Beat, PeriodStatistics, raise_priority
 
 Array = NDArray[np.float64]
-_REST = 0.5              # [s] the stream goes on after the last motion
-_STEP_SLACK = 1.2        # of the joints' greatest speed, for rounding
+_REST = 0.5  # [s] the stream goes on after the last motion
+_LEAVE_JERK = 400.0  # [m/s^3]: haste matters more than smoothness
 _SHORTEST_RETRACT = 0.02  # [m]
-_STOP_LINE = line_pace(0.0, 2.0)     # braking on tool paths [m/s^2]
-_STOP_JOINTS = Pace(0.0, 6.0, 60.0)  # braking of joint moves [rad/s^2], [rad/s^3]
+_WAY_BACK = 0.8  # [rad] back on a joint move that met something
+_BACK_JOINTS = Pace(1.0, 8.0, 400.0)
+_STOP_LINE = line_pace(0.0, 2.0)  # braking on tool paths [m/s^2]
+_STOP_JOINTS = Pace(0.0, 8.0, 400.0)  # braking of joint moves [rad/s^2], [rad/s^3]
 
 
 class Kind(Enum):
@@ -40,26 +43,27 @@ class Kind(Enum):
     HOME = "home"
 
 
-class Sensed(NamedTuple):
-    """What was measured last."""
-
-    reading: Reading
-    joints: Array  # [rad], shape (6,); NaN before the first sample
-
-
 class Retract(NamedTuple):
     """How the arm leaves the skin."""
 
     distance: float  # [m]
-    speed: float     # [m/s]
-    acceleration: float = 3.0  # [m/s^2]
+    speed: float  # [m/s]
+    acceleration: float = 4.0  # [m/s^2]
 
 
 class ControlLoop:
     """Owns the guard and the motion; a thread of its own."""
 
-    def __init__(self, client: ArmClient, planner: Planner, guard: ForceGuard, sense: Callable[[], Sensed],
-                 retract: Retract, period: float, warn: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        client: ArmClient,
+        planner: Planner,
+        guard: ForceGuard,
+        sense: Callable[[], Sensed],
+        retract: Retract,
+        period: float,
+        warn: Callable[[str], None],
+    ) -> None:
         """Prepare; `start` begins.
 
         Args:
@@ -82,7 +86,6 @@ class ControlLoop:
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
         self._rest = 0.0
-        self._largest_step = _STEP_SLACK * period * RM65_LIMITS.speed
         self._open = True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
@@ -105,9 +108,24 @@ class ControlLoop:
     def extend(self, path: JointPath) -> None:
         """Let a scrub motion run on along a longer path; the caller holds the lock."""
         if self.runner is None or self.kind is not Kind.SCRUB:
-            raise NotReadyError(f"the arm follows no path any more ({self.guard.reason or self.guard.state.name})")
+            raise NotReadyError(
+                f"the arm follows no path any more ({self.guard.reason or self.guard.state.name})"
+            )
         self.runner.replace(path)
         self.guard.moving = self.guard.moving or self.guard.state is State.CONTACT
+
+    def standing(self) -> Array:
+        """Joints [rad], shape (6,), from which a motion begins: last commanded, else measured just now.
+
+        Raises:
+            NotReadyError: While nothing is commanded and nothing recent measured.
+        """
+        with self.lock:
+            if self.command is not None:
+                return self.command
+            sensed = self._sense()
+            self.guard.trust(sensed.reading)
+            return sensed.joints
 
     def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
         """Start a motion from rest; the caller holds the lock and has set the guard's state.
@@ -131,7 +149,7 @@ class ControlLoop:
             self.runner.brake(_STOP_JOINTS if self.kind in (Kind.TRANSIT, Kind.HOME) else _STOP_LINE)
 
     def leave(self, joints: Array) -> None:
-        """Leave along the outward normal at once, while any other motion brakes.
+        """Leave along the outward normal at once while other motion brakes; in free air, the way it came.
 
         Args:
             joints: As measured [rad], shape (6,), from which to leave when nothing was commanded.
@@ -144,14 +162,19 @@ class ControlLoop:
         if self.runner is not None and not self.runner.at_rest:
             self.brake()
             self._trail = (self.runner, self.runner.path.at(self.runner.length))
-        path = self._planner.line(start, -self._retract.distance, self._retract.speed, _SHORTEST_RETRACT)
-        pace = line_pace(self._retract.speed, self._retract.acceleration)
+        if self._trail is not None and self.kind in (Kind.TRANSIT, Kind.HOME):
+            path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
+        else:
+            path = self._planner.line(start, -self._retract.distance, self._retract.speed, _SHORTEST_RETRACT)
+            pace = Pace(self._retract.speed, self._retract.acceleration, _LEAVE_JERK)
         self.runner, self.kind = PathRunner(path, pace, self._period), Kind.LEAVE
         self.guard.moving = True
 
-    def forget(self) -> None:
+    def connection_lost(self) -> None:
         """The controller is gone: whatever was commanded no longer counts."""
         with self.lock:
+            if self.guard.moving or self.guard.touching:
+                self.guard.fault("connection to the controller lost")
             self.runner, self._trail, self.command = None, None, None
             self.guard.moving = False
             self.statistics.pause()
@@ -210,7 +233,8 @@ class ControlLoop:
         if self._trail is not None:
             trail, origin = self._trail
             joints = joints + trail.step() - origin
-        self._check_step(joints)
+        RM65_LIMITS.check(joints)
+        RM65_LIMITS.check_step(self.command, joints, self._period)
         self.command = joints
         if self.runner.at_rest and (self._trail is None or self._trail[0].at_rest):
             self._at_rest(self.runner)
@@ -227,14 +251,3 @@ class ControlLoop:
         if not (scrubbing or self.guard.paused):
             self.runner, self._trail = None, None
         self.lock.notify_all()
-
-    def _check_step(self, joints: Array) -> None:
-        """Refuse a command that no joint may follow, before it is sent."""
-        if not np.isfinite(joints).all():
-            raise ArmError("the next joint command is not a number")
-        RM65_LIMITS.check(joints)
-        step = np.abs(joints - self.command)
-        if (step > self._largest_step).any():
-            worst = int(np.argmax(step / self._largest_step))
-            raise JointLimitError("speed [rad/s]", worst + 1, float(step[worst]) / self._period,
-                                  float(RM65_LIMITS.speed[worst]))

@@ -24,7 +24,9 @@ class DriverSettings:
     force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
 
     rate: float = _about(100.0, "of joint commands [Hz]; the controller's high-follow mode needs 100 or more")
-    home_deg: tuple[float, ...] = _about((0.0, 60.0, -130.0, 0.0, -80.0, 0.0), "folded posture out of the view [deg]")
+    home_deg: tuple[float, ...] = _about(
+        (0.0, 60.0, -130.0, 0.0, -80.0, 0.0), "folded posture out of the view [deg]"
+    )
     joint_speed: float = _about(1.0, "of the fastest joint between postures [rad/s]")
     joint_acceleration: float = _about(2.0, "of the fastest joint between postures [rad/s^2]")
     joint_share: float = _about(0.5, "of the joints' limits that tool paths may use, 0..1")
@@ -53,9 +55,22 @@ class DriverSettings:
         for name, lowest in (("port", 1), ("udp_port", 0)):
             if not lowest <= getattr(self, name) <= 65535:
                 raise ArmSettingsError(f"{name} must be {lowest}..65535, got {getattr(self, name)}")
-        for name in ("joint_speed", "joint_acceleration", "standoff", "approach_speed", "max_extra",
-                     "scrub_acceleration", "max_scrub_speed", "lift", "max_lead_in", "retract_distance",
-                     "retract_speed", "stale_after", "force_cutoff", "publish_rate"):
+        for name in (
+            "joint_speed",
+            "joint_acceleration",
+            "standoff",
+            "approach_speed",
+            "max_extra",
+            "scrub_acceleration",
+            "max_scrub_speed",
+            "lift",
+            "max_lead_in",
+            "retract_distance",
+            "retract_speed",
+            "stale_after",
+            "force_cutoff",
+            "publish_rate",
+        ):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ArmSettingsError(f"{name} must be positive and finite, got {value}")

@@ -40,7 +40,9 @@ class JointLimitError(ArmError):
     def __init__(self, what: str, joint: int, value: float, limit: float) -> None:
         """Keep the joint (1..6), the value and the nearest limit."""
         self.joint, self.value, self.limit = joint, value, limit
-        super().__init__(f"joint {joint}: {what} {value:.4f} is beyond the limit {limit:.4f}; choose a nearer target")
+        super().__init__(
+            f"joint {joint}: {what} {value:.4f} is beyond the limit {limit:.4f}; choose a nearer target"
+        )
 
 
 class ProtocolError(ArmError):

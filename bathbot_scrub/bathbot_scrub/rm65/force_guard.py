@@ -5,7 +5,7 @@ States and what leads from one to the next:
     FREE -> APPROACH            asked to approach, or to go home
     APPROACH -> CONTACT         skin felt on the straight part
     APPROACH -> HOLD            nothing felt, or stopped
-    any that touches -> RETRACTING   force above a threshold, or asked
+    any that moves or touches -> RETRACTING   force above a threshold, or asked
     RETRACTING -> FREE          asked, and done
     RETRACTING -> HOLD          forced, and done; FAULT when the hard limit was passed
     any that moves or touches -> FAULT  data too old, connection lost
@@ -44,12 +44,22 @@ class Action(Enum):
     RETRACT = "retract"
 
 
+class Cause(Enum):
+    """Why the guard ended a motion."""
+
+    NONE = "none"
+    NO_CONTACT = "no contact"
+    FORCE = "force"
+    DATA = "data"
+
+
 class Reading(NamedTuple):
     """What the guard looks at in every period."""
 
-    wrench: Array    # [N, Nm] filtered, on the head about its tip, shape (6,)
-    sudden: float    # [N] resultant, unfiltered but for single glitches
-    age: float       # [s] since the sample arrived
+    wrench: Array  # [N, Nm] filtered, on the head about its tip, shape (6,)
+    sudden: float  # [N] resultant, unfiltered but for single glitches
+    rise: float  # [N/s] of the resultant
+    age: float  # [s] since the sample arrived
     connected: bool  # TCP
 
 
@@ -59,11 +69,12 @@ class ForceGuard:
     def __init__(self, limits: ForceLimits, stale_after: float) -> None:
         """Begin FREE; data older than `stale_after` [s] stops the arm."""
         self._limits, self._stale_after = limits, stale_after
-        self.state, self.reason = State.FREE, ""
+        self.state, self.reason, self.cause = State.FREE, "", Cause.NONE
         self.region: RegionLimits = limits.gentlest()
         self.touching = False  # on the skin, or so near that it may be
-        self.moving = False    # set by the control loop
+        self.moving = False  # set by the control loop
         self._seeking = False
+        self._settled = False  # the search has come to rest: a rise of force is the body's doing now
         self._paused_from: State | None = None
         self._after_retract = State.FREE
 
@@ -97,9 +108,10 @@ class ForceGuard:
         if excess := self._excess(reading):
             return self._leave(excess, reading.sudden > self.region.hard_stop)
         if self._seeking and np.linalg.norm(reading.wrench[:3]) >= self._limits.contact:
-            self._seeking = False
+            self._seeking = self._settled = False
             self.state, self.reason = State.CONTACT, ""
             return Action.STOP
+        self._settled = self._settled or not self.moving
         return Action.GO_ON
 
     def begin_approach(self, region: RegionLimits, reason: str = "") -> None:
@@ -109,8 +121,10 @@ class ForceGuard:
             NotReadyError: In any other state, or on the skin.
         """
         if self.state not in (State.FREE, State.HOLD):
-            raise NotReadyError(f"the arm is in state {self.state.name} ({self.reason or 'busy'}); "
-                                "wait until it is free, or call arm/stop or arm/resume")
+            raise NotReadyError(
+                f"the arm is in state {self.state.name} ({self.reason or 'busy'}); "
+                "wait until it is free, or call arm/stop or arm/resume"
+            )
         if self.touching:
             raise NotReadyError("the head may be on the skin; call arm/retract first")
         self._enter(State.APPROACH, reason)
@@ -121,6 +135,7 @@ class ForceGuard:
         if self.state is not State.APPROACH:
             raise NotReadyError(f"the approach ended in state {self.state.name}: {self.reason}")
         self._seeking = self.touching = True
+        self._settled = False
 
     def begin_retract(self) -> None:
         """Leave because someone asked.
@@ -139,9 +154,10 @@ class ForceGuard:
         if self.state is State.RETRACTING:
             self.touching = False
             forced = self._after_retract is not State.FREE
-            self._enter(self._after_retract, self.reason.replace("retracting", "retracted") if forced else where)
+            reason = self.reason.replace("retracting", "retracted") if forced else where
+            self._enter(self._after_retract, reason, Cause.FORCE if forced else Cause.NONE)
         elif self._seeking:
-            self._enter(State.HOLD, "nothing felt where the skin should be")
+            self._enter(State.HOLD, "nothing felt where the skin should be", Cause.NO_CONTACT)
         elif self.state is State.APPROACH:
             self._enter(State.FREE, where)
 
@@ -182,11 +198,22 @@ class ForceGuard:
 
     def fault(self, reason: str) -> Action:
         """Stand still until the cause is gone and someone resumes."""
-        self._enter(State.FAULT, reason)
+        self._enter(State.FAULT, reason, Cause.DATA)
         return Action.STOP
 
-    def _enter(self, state: State, reason: str) -> None:
-        self.state, self.reason = state, reason
+    def trust(self, reading: Reading) -> None:
+        """Refuse to begin anything on data that cannot be trusted.
+
+        Raises:
+            NotReadyError: With what is wrong.
+        """
+        if trouble := self._doubt(reading):
+            raise NotReadyError(
+                f"{trouble}; check the controller, its cable and parameters host, port, udp_port"
+            )
+
+    def _enter(self, state: State, reason: str, cause: Cause = Cause.NONE) -> None:
+        self.state, self.reason, self.cause = state, reason, cause
         self._seeking, self._paused_from = False, None
 
     def _doubt(self, reading: Reading) -> str:
@@ -202,16 +229,20 @@ class ForceGuard:
         resultant, torque = float(np.linalg.norm(force)), float(np.linalg.norm(reading.wrench[3:]))
         if reading.sudden > region.hard_stop:
             return f"force {reading.sudden:.1f} N above the hard limit {region.hard_stop:g} N"
-        if resultant > region.retract:
-            return f"force {resultant:.1f} N above {region.retract:g} N"
+        waiting = self.touching and self._settled and self.state in (State.CONTACT, State.HOLD)
+        if waiting and reading.rise > self._limits.surge:
+            return f"force rises by {reading.rise:.0f} N/s, more than {self._limits.surge:g} N/s"
+        most = region.retract if self.touching else min(region.retract, self._limits.transit)
+        if resultant > most:
+            return f"force {resultant:.1f} N above {most:g} N" + ("" if self.touching else " in free air")
         for axis, value, limit in zip("xyz", force, region.axis, strict=True):
             if value > limit:
                 return f"force {value:.1f} N along {axis} above {limit:g} N"
         return f"torque {torque:.2f} Nm above {region.torque:g} Nm" if torque > region.torque else ""
 
     def _leave(self, excess: str, hard: bool) -> Action:
-        if not self.touching:  # pushed in free air: no normal to leave along
-            return self.stop(f"stopped: {excess}") if self.moving else Action.GO_ON
-        self._enter(State.RETRACTING, f"retracting: {excess}")
+        if not (self.touching or self.moving):  # pushed while it stands in free air
+            return Action.GO_ON
+        self._enter(State.RETRACTING, f"retracting: {excess}", Cause.FORCE)
         self._after_retract = State.FAULT if hard else State.HOLD
         return Action.RETRACT

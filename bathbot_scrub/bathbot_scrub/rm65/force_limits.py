@@ -4,6 +4,7 @@ import math
 import os
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import yaml
 
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
+_SINGLE = ("contact", "zero_residual", "transit", "surge")
 _NAME = Path("config") / "force_limits.yaml"
 
 
@@ -18,38 +20,51 @@ _NAME = Path("config") / "force_limits.yaml"
 class RegionLimits:
     """Limits of one region of skin; forces [N] at the scrub head after zeroing."""
 
-    comfort: tuple[float, float]      # band that feels comfortable
-    retract: float                    # above this the arm leaves
-    hard_stop: float                  # above this it also needs a person to go on
+    comfort: tuple[float, float]  # band that feels comfortable
+    retract: float  # above this the arm leaves
+    hard_stop: float  # above this it also needs a person to go on
     axis: tuple[float, float, float]  # largest |force| along x, y, z of the head
-    torque: float                     # [Nm] largest, about the tip
-    collision: float                  # outer bound of the collision table
+    torque: float  # [Nm] largest, about the tip
+    collision: float  # outer bound of the collision table
 
     def __post_init__(self) -> None:
         """Refuse limits in the wrong order."""
         rising = (0.0, *self.comfort, self.retract, self.hard_stop, self.collision)
-        if not all(a < b for a, b in zip(rising, rising[1:], strict=False)):
+        if not all(a < b for a, b in pairwise(rising)):
             raise ArmSettingsError(
-                f"limits must rise: 0 < comfort < retract < hard_stop < collision, got {rising[1:]} N")
+                f"limits must rise: 0 < comfort < retract < hard_stop < collision, got {rising[1:]} N"
+            )
         if not (min(self.axis) > 0.0 and self.torque > 0.0):
-            raise ArmSettingsError(f"axis and torque must be positive, got {self.axis} N and {self.torque} Nm")
+            raise ArmSettingsError(
+                f"axis and torque must be positive, got {self.axis} N and {self.torque} Nm"
+            )
 
 
 @dataclass(frozen=True, slots=True)
 class ForceLimits:
     """Limits of all regions."""
 
-    contact: float        # [N] at which skin counts as felt
+    contact: float  # [N] at which skin counts as felt
     zero_residual: float  # [N] that may remain after zeroing
+    transit: float  # [N] met in free air at which the arm goes back
+    surge: float  # [N/s] rise at which the head leaves the skin
     regions: dict[str, RegionLimits]
 
     def __post_init__(self) -> None:
         """Refuse a contact threshold that no region allows, or that zeroing may leave."""
         if not 0.0 < self.zero_residual < self.contact:
-            raise ArmSettingsError(f"need 0 < zero_residual < contact, got {self.zero_residual} and {self.contact} N")
+            raise ArmSettingsError(
+                f"need 0 < zero_residual < contact, got {self.zero_residual} and {self.contact} N"
+            )
+        if not (self.surge > 0.0 and self.transit > self.zero_residual):
+            raise ArmSettingsError(
+                f"need surge > 0 and transit > zero_residual, got {self.surge} N/s and {self.transit} N"
+            )
         for name, region in self.regions.items():
             if not self.contact < region.retract:
-                raise ArmSettingsError(f"contact {self.contact} N must lie below retract {region.retract} N of {name}")
+                raise ArmSettingsError(
+                    f"contact {self.contact} N must lie below retract {region.retract} N of {name}"
+                )
 
     def region(self, name: str) -> RegionLimits:
         """Limits of one region.
@@ -58,7 +73,9 @@ class ForceLimits:
             ArmSettingsError: When the file has none for it.
         """
         if name not in self.regions:
-            raise ArmSettingsError(f"no force limits for region {name!r}; known are {', '.join(self.regions)}")
+            raise ArmSettingsError(
+                f"no force limits for region {name!r}; known are {', '.join(self.regions)}"
+            )
         return self.regions[name]
 
     def gentlest(self) -> RegionLimits:
@@ -102,10 +119,14 @@ def _parse(content: Any) -> ForceLimits:
         if not (_length(values["comfort"]) == 2 and _length(values["axis"]) == 3):
             raise ArmSettingsError(f"{name}: comfort must be two numbers and axis three")
         if any(_length(values[key]) for key in ("retract", "hard_stop", "torque", "collision")):
-            raise ArmSettingsError(f"{name}: retract, hard_stop, torque and collision must be one number each")
+            raise ArmSettingsError(
+                f"{name}: retract, hard_stop, torque and collision must be one number each"
+            )
         regions[str(name)] = RegionLimits(**values)
-    return ForceLimits(_number("contact", content["contact"]), _number("zero_residual", content["zero_residual"]),
-                       regions)
+    single = {name: _number(name, content[name]) for name in _SINGLE}
+    if any(_length(value) for value in single.values()):
+        raise ArmSettingsError(f"{', '.join(_SINGLE)} must be one number each")
+    return ForceLimits(**single, regions=regions)
 
 
 def _check_keys(entry: Any, wanted: type, where: str) -> None:
@@ -113,7 +134,9 @@ def _check_keys(entry: Any, wanted: type, where: str) -> None:
     found = set(entry) if isinstance(entry, dict) else set()
     if found != names:
         missing, unknown = sorted(names - found), sorted(map(str, found - names))
-        raise ArmSettingsError(f"{where} lacks {missing} and has unknown {unknown}; needed are {sorted(names)}")
+        raise ArmSettingsError(
+            f"{where} lacks {missing} and has unknown {unknown}; needed are {sorted(names)}"
+        )
 
 
 def _number(where: str, value: Any) -> Any:

@@ -6,16 +6,16 @@ rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6).
 """
 
 import numpy as np
+from bathbot_depthcorr.rigid import inverse
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_depthcorr.rigid import inverse
 from bathbot_scrub.rm65.errors import InvalidPoseError, UnreachableError
 from bathbot_scrub.rm65.kinematics import BASE_HEIGHT, FOREARM, T_HEAD_FLANGE, UPPER_ARM, Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 
 Array = NDArray[np.float64]
 _REACH_SLACK = 1e-9  # of the elbow's cosine: a straight arm is reachable up to rounding
-_SINGULAR = 1e-9     # sine of q5 below which q4 and q6 turn about one axis
+_SINGULAR = 1e-9  # sine of q5 below which q4 and q6 turn about one axis
 
 
 def all_branches(kinematics: Kinematics, T_base_flange: ArrayLike) -> Array:
@@ -54,11 +54,14 @@ def _solve_wrist(poses: Array, q1: Array, q2: Array, q3: Array, out: Array) -> N
     c1, s1, c23, s23 = np.cos(q1), np.sin(q1), np.cos(q2 + q3), np.sin(q2 + q3)
     zero = np.zeros_like(c1)
     # rows: axes x, y, z of frame 4 at q4 = 0, in the base frame; z is the forearm
-    rows = np.stack([
-        np.stack([-c23 * c1, -c23 * s1, -s23], -1),
-        np.stack([s1, -c1, zero], -1),
-        np.stack([-s23 * c1, -s23 * s1, c23], -1),
-    ], -2)
+    rows = np.stack(
+        [
+            np.stack([-c23 * c1, -c23 * s1, -s23], -1),
+            np.stack([s1, -c1, zero], -1),
+            np.stack([-s23 * c1, -s23 * s1, c23], -1),
+        ],
+        -2,
+    )
     turn = rows @ poses[..., :3, :3]
     sine = np.hypot(turn[..., 0, 2], turn[..., 1, 2])
     singular = sine < _SINGULAR
@@ -86,13 +89,15 @@ def check_poses(T: ArrayLike) -> Array:
     poses = np.asarray(T, dtype=float)
     if poses.shape[-2:] != (4, 4):
         raise InvalidPoseError(f"a pose must be a 4x4 transform, got shape {poses.shape}")
-    rotation = poses[..., :3, :3]
+    rotation = np.nan_to_num(poses[..., :3, :3])
     gram = rotation @ np.swapaxes(rotation, -1, -2)
     good = np.isfinite(poses).all((-2, -1))
     good &= (np.abs(gram - np.eye(3)).max((-2, -1)) < 1e-6) & (np.linalg.det(rotation) > 0.0)
     if not np.all(good):
         index = int(np.flatnonzero(~np.ravel(good))[0])
-        raise InvalidPoseError(f"pose {index} is not finite or its rotation is not orthonormal; send unit quaternions")
+        raise InvalidPoseError(
+            f"pose {index} is not finite or its rotation is not orthonormal; send unit quaternions"
+        )
     return poses
 
 
@@ -127,12 +132,14 @@ def nearest(solutions: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LI
     candidates = within_limits(unwind(solutions, seed, limits), limits)
     travel = np.abs(candidates - np.asarray(seed)).max(-1)
     if np.all(np.isnan(travel)):
-        raise UnreachableError("no joint solution inside the limits; choose a nearer target or another direction")
+        raise UnreachableError(
+            "no joint solution inside the limits; choose a nearer target or another direction"
+        )
     return candidates[int(np.nanargmin(travel))]
 
 
 def solve_head(kinematics: Kinematics, T_base_head: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
-    """Joint angles [rad], shape (..., 8, 6), that hold the scrub head at poses (..., 4, 4); NaN where none."""
+    """Joint angles [rad], shape (..., 8, 6), that hold the head at poses (..., 4, 4); NaN where none."""
     return within_limits(all_branches(kinematics, check_poses(T_base_head) @ T_HEAD_FLANGE), limits)
 
 
@@ -143,6 +150,8 @@ def distance_to_singularity(kinematics: Kinematics, joints: ArrayLike) -> Array:
     joint 1 over the forearm's length (shoulder).
     """
     joints = np.asarray(joints, dtype=float)
-    wrist = inverse(kinematics.link_frames(joints)[..., 1, :, :]) @ kinematics.link_frames(joints)[..., 4, :, :]
+    wrist = (
+        inverse(kinematics.link_frames(joints)[..., 1, :, :]) @ kinematics.link_frames(joints)[..., 4, :, :]
+    )
     shoulder = np.hypot(wrist[..., 0, 3], wrist[..., 1, 3]) / FOREARM
     return np.minimum.reduce([np.abs(np.sin(joints[..., 4])), np.abs(np.sin(joints[..., 2])), shoulder])

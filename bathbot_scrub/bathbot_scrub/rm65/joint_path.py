@@ -5,6 +5,7 @@ comes from `PathRunner`, which may stop anywhere and go on.
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +17,9 @@ from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 
 Array = NDArray[np.float64]
-SAMPLE_STEP = 0.001       # [m] between joint samples of a tool path
-SAMPLE_TURN = 0.01        # [rad] between joint samples, at most
-LARGEST_STEP = 0.2        # [rad] between joint samples; more is a flip of the wrist
+SAMPLE_STEP = 0.001  # [m] between joint samples of a tool path
+SAMPLE_TURN = 0.01  # [rad] between joint samples, at most
+LARGEST_STEP = 0.2  # [rad] between joint samples; more is a flip of the wrist
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +43,28 @@ class JointPath:
         part = min(max((length - before) / (after - before), 0.0), 1.0)
         return (1.0 - part) * self.joints[index - 1] + part * self.joints[index]
 
+    def back_from(self, length: float, distance: float) -> "JointPath":
+        """The way back from a length, `distance` long or to the beginning."""
+        begin = max(length - distance, 0.0)
+        inner = self.lengths[(self.lengths > begin + 1e-9) & (self.lengths < length - 1e-9)]
+        at = np.concatenate([[max(length, begin + 1e-6)], inner[::-1], [begin]])
+        joints = np.stack([self.at(s) for s in at])
+        return JointPath(at[0] - at, joints, np.full(len(at), np.inf))
+
     def speed_at(self, length: float) -> float:
         """Largest ds/dt allowed at a length."""
         index = min(int(np.searchsorted(self.lengths, length)), len(self.lengths) - 1)
         return float(self.speed_limit[index])
 
 
-def timed_path(lengths: Array, joints: Array, deceleration: float, limits: JointLimits, share: float,
-               cap: ArrayLike = np.inf) -> JointPath:
+def timed_path(
+    lengths: Array,
+    joints: Array,
+    deceleration: float,
+    limits: JointLimits,
+    share: float,
+    cap: ArrayLike = np.inf,
+) -> JointPath:
     """Add to a path the speed that joint speeds, joint accelerations and braking distances allow.
 
     Args:
@@ -97,7 +112,7 @@ def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits = RM65_L
     if len(knots) == 1:
         knots.append(knots[0])
     lengths, joints = [np.zeros(1)], [knots[0][None]]
-    for before, after in zip(knots, knots[1:], strict=False):
+    for before, after in pairwise(knots):
         travel = max(float(np.abs(after - before).max()), 1e-6)
         parts = np.linspace(0.0, 1.0, max(int(np.ceil(travel / SAMPLE_TURN)), 2) + 1)[1:]
         lengths.append(lengths[-1][-1] + parts * travel)
@@ -121,7 +136,11 @@ def densify(poses: ArrayLike, step: float = SAMPLE_STEP) -> tuple[Array, Array]:
     counts = np.maximum(np.ceil(np.maximum(lengths / step, turned / SAMPLE_TURN)), 1).astype(int)
     keep = np.concatenate([[True], lengths > 1e-7])  # equal poses add nothing
     knots = np.concatenate([[0.0], np.cumsum(lengths)])
-    pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(knots, knots[1:], counts, strict=False) if b - a > 1e-7]
+    pieces = [
+        np.linspace(a, b, n + 1)[1:]
+        for a, b, n in zip(knots, knots[1:], counts, strict=False)
+        if b - a > 1e-7
+    ]
     if not pieces:
         return np.zeros(1), poses[:1]
     at = np.concatenate([[0.0], *pieces])
@@ -132,7 +151,9 @@ def densify(poses: ArrayLike, step: float = SAMPLE_STEP) -> tuple[Array, Array]:
     return at, dense
 
 
-def solve_path(kinematics: Kinematics, poses: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
+def solve_path(
+    kinematics: Kinematics, poses: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LIMITS
+) -> Array:
     """Joint angles along a path of head poses, on one branch, without jumps.
 
     Args:
@@ -155,7 +176,9 @@ def solve_path(kinematics: Kinematics, poses: ArrayLike, seed: ArrayLike, limits
     lost = np.isnan(chosen).any(-1)
     if lost.any():
         index = int(np.argmax(lost))
-        raise UnreachableError(f"pose {index} of {len(lost)} of the path is out of reach; bring it nearer", index)
+        raise UnreachableError(
+            f"pose {index} of {len(lost)} of the path is out of reach; bring it nearer", index
+        )
     return _continuous(chosen, start, limits)
 
 
@@ -168,9 +191,13 @@ def _continuous(joints: Array, start: Array, limits: JointLimits) -> Array:
         index = int(np.argmax(steps)) + 1
         raise UnreachableError(
             f"pose {index} of the path turns a joint by {steps.max():.2f} rad at once (singular posture); "
-            "choose another direction of travel", index)
+            "choose another direction of travel",
+            index,
+        )
     outside = ~limits.contain(joints)
     if outside.any():
         index = int(np.argmax(outside))
-        raise UnreachableError(f"pose {index} of {len(joints)} of the path needs a joint beyond its limits", index)
+        raise UnreachableError(
+            f"pose {index} of {len(joints)} of the path needs a joint beyond its limits", index
+        )
     return joints

@@ -8,21 +8,21 @@ in d6, the distance from the wrist centre to the flange: 6F carries the force se
 from dataclasses import dataclass
 
 import numpy as np
+from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_depthcorr.rigid import transform_from
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
 Array = NDArray[np.float64]
 
 FLANGE_OFFSETS = {"B": 0.144, "6F": 0.1725, "6FB": 0.1612}  # d6 [m]
-BASE_HEIGHT = 0.2405    # d1 [m]: base to shoulder
-UPPER_ARM = 0.256       # a2 [m]: shoulder to elbow
-FOREARM = 0.210         # d4 [m]: elbow to wrist centre
+BASE_HEIGHT = 0.2405  # d1 [m]: base to shoulder
+UPPER_ARM = 0.256  # a2 [m]: shoulder to elbow
+FOREARM = 0.210  # d4 [m]: elbow to wrist centre
 LINK_NAMES = ("base_link", "Link1", "Link2", "Link3", "Link4", "Link5", "Link6")
 JOINT_NAMES = ("joint1", "joint2", "joint3", "joint4", "joint5", "joint6")
 
-HEAD_LENGTH = 0.10      # [m] flange to the tip of unbent bristles, Eqs. (15)-(17)
+HEAD_LENGTH = 0.10  # [m] flange to the tip of unbent bristles, Eqs. (15)-(17)
 T_FLANGE_HEAD = transform_from(translation=(0.0, 0.0, HEAD_LENGTH))
 T_FLANGE_HEAD.setflags(write=False)
 T_HEAD_FLANGE = transform_from(translation=(0.0, 0.0, -HEAD_LENGTH))
@@ -43,7 +43,9 @@ class Kinematics:
     def __post_init__(self) -> None:
         """Refuse an unknown variant."""
         if self.variant not in FLANGE_OFFSETS:
-            raise ArmSettingsError(f"unknown RM65 variant {self.variant!r}; known are {', '.join(FLANGE_OFFSETS)}")
+            raise ArmSettingsError(
+                f"unknown RM65 variant {self.variant!r}; known are {', '.join(FLANGE_OFFSETS)}"
+            )
 
     @property
     def flange_offset(self) -> float:
@@ -57,7 +59,9 @@ class Kinematics:
         frames[..., 0, :, :] = np.eye(4)
         distances = (BASE_HEIGHT, 0.0, 0.0, FOREARM, 0.0, self.flange_offset)
         for index in range(6):
-            step = _link_transform(_ALPHA[index], _A[index], distances[index], joints[..., index] + _THETA[index])
+            step = _link_transform(
+                _ALPHA[index], _A[index], distances[index], joints[..., index] + _THETA[index]
+            )
             frames[..., index + 1, :, :] = frames[..., index, :, :] @ step
         return frames
 

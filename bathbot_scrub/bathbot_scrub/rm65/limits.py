@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from bathbot_scrub.rm65.errors import JointLimitError
 
 Array = NDArray[np.float64]
+_SPEED_SLACK = 1.05  # for rounding of the period
 
 
 def _degrees(*values: float) -> Array:
@@ -44,7 +45,26 @@ class JointLimits:
         joints = np.asarray(joints, dtype=float)
         for index, (value, lower, upper) in enumerate(zip(joints, self.lower, self.upper, strict=True)):
             if not lower <= value <= upper:
-                raise JointLimitError("angle [rad]", index + 1, float(value), float(upper if value > 0 else lower))
+                raise JointLimitError(
+                    "angle [rad]", index + 1, float(value), float(upper if value > 0 else lower)
+                )
+
+    def check_step(self, before: ArrayLike, after: ArrayLike, period: float) -> None:
+        """Refuse a command that asks for more speed than a joint has, or for no number.
+
+        Args:
+            before: Joints last commanded [rad], shape (6,).
+            after: Joints to be commanded next.
+            period: Time between the two [s].
+
+        Raises:
+            JointLimitError: With the joint that would be fastest and its limit.
+        """
+        speed = (np.asarray(after, dtype=float) - np.asarray(before, dtype=float)) / period
+        share = np.abs(speed) / self.speed
+        if not (share <= _SPEED_SLACK).all():
+            worst = int(np.argmax(np.where(np.isfinite(share), share, np.inf)))
+            raise JointLimitError("speed [rad/s]", worst + 1, float(speed[worst]), float(self.speed[worst]))
 
 
 RM65_LIMITS = JointLimits()

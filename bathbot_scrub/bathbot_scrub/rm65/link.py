@@ -8,26 +8,37 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient, Connection
-from bathbot_scrub.rm65.control_loop import Sensed
-from bathbot_scrub.rm65.errors import ArmError, RefusedError
+from bathbot_scrub.rm65.errors import ArmError, NotReadyError, RefusedError
 from bathbot_scrub.rm65.force_guard import Reading
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
 from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
 
-_RETRY = 1.0     # [s] between attempts to order the push
-_SILENCE = 2.0   # [s] without push after which it is ordered again
+Array = NDArray[np.float64]
+_RETRY = 1.0  # [s] between attempts to order the push
+_SETTLE = 0.15  # [s] for the filter after zeroing
+_SILENCE = 2.0  # [s] without push after which it is ordered again
+
+
+class Sensed(NamedTuple):
+    """What was measured last."""
+
+    reading: Reading
+    joints: Array  # [rad], shape (6,); NaN before the first sample
 
 
 class Link:
     """TCP client and UDP receiver of one controller, set up as the driver needs them."""
 
-    def __init__(self, host: str, port: int, udp_port: int, variant: str, cutoff: float,
-                 warn: Callable[[str], None], lost: Callable[[], None]) -> None:
-        """Start to connect.
+    def __init__(
+        self, host: str, port: int, udp_port: int, variant: str, cutoff: float, warn: Callable[[str], None]
+    ) -> None:
+        """Listen to the push; `start` begins to connect.
 
         Args:
             host: Address of the controller.
@@ -36,12 +47,12 @@ class Link:
             variant: That the controller must have.
             cutoff: Of the wrench filter [Hz].
             warn: Takes one line for the log, at every new reason.
-            lost: Called when the connection is lost.
 
         Raises:
             ArmConnectionError: When our UDP port is taken.
         """
-        self._variant, self._warn, self._lost = variant, warn, lost
+        self._variant, self._warn = variant, warn
+        self._lost: Callable[[], None] = lambda: None
         self._filter = WrenchFilter(cutoff)
         self._filter_lock = threading.Lock()
         self.wrench: HeadWrench | None = None
@@ -53,6 +64,11 @@ class Link:
         self.receiver = StateReceiver(udp_port, self._take)
         self.client = ArmClient(host, port, self._connection)
         self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
+
+    def start(self, lost: Callable[[], None]) -> None:
+        """Begin to connect; `lost` is called whenever the connection is lost."""
+        self._lost = lost
+        self.client.start()
         self._thread.start()
 
     @property
@@ -61,17 +77,19 @@ class Link:
         return self._ready and self.client.connection.connected
 
     def sense(self) -> Sensed:
-        """What was measured last."""
-        wrench, sample = self.wrench, self.sample
+        """What was measured last; NaN and an infinite age before the first sample."""
+        wrench, sample, connected = self.wrench, self.sample, self.connected
         if wrench is None or sample is None:
-            return Sensed(Reading(np.full(6, np.nan), math.nan, math.inf, self.connected), np.full(6, np.nan))
+            nothing = np.full(6, np.nan)
+            return Sensed(Reading(nothing, math.nan, math.nan, math.inf, connected), nothing)
         age = time.monotonic() - wrench.stamp
-        return Sensed(Reading(wrench.filtered, wrench.sudden, age, self.connected), sample.joints)
+        return Sensed(Reading(wrench.filtered, wrench.sudden, wrench.rise, age, connected), sample.joints)
 
-    def zero_force(self, settle: float = 0.15) -> float:
-        """Zero the sensor, at rest; give the resultant [N] that remains.
+    def zero_force(self, most: float) -> float:
+        """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
 
         Raises:
+            NotReadyError: When more than `most` [N] remains.
             RefusedError: When the controller refuses.
             ArmConnectionError: Without connection.
         """
@@ -79,8 +97,13 @@ class Link:
         time.sleep(0.03)  # samples on their way are older than the reply
         with self._filter_lock:
             self._filter.reset()
-        time.sleep(settle)
-        return math.inf if self.wrench is None else self.wrench.force
+        time.sleep(_SETTLE)
+        residual = math.inf if self.wrench is None else self.wrench.force
+        if not residual <= most:
+            raise NotReadyError(
+                f"{residual:.2f} N remain after zeroing, more than {most} N; is the arm at rest and free?"
+            )
+        return residual
 
     def close(self) -> None:
         """End everything."""
@@ -116,7 +139,9 @@ class Link:
                 continue
             silent = self._ready and self.receiver.age() > _SILENCE
             if silent:
-                self._complain(f"no state from the controller on UDP port {self.receiver.port}; check firewall and udp_port")
+                self._complain(
+                    f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
+                )
             if silent or not self._ready:
                 try:
                     self._set_up()
@@ -129,12 +154,21 @@ class Link:
         info = self.client.request({"command": "get_arm_software_info"})
         product = str(info.get("Product_version", ""))
         if _variant_of(product) != self._variant:
-            raise RefusedError(f"the controller says it is {product[:20]!r}, but parameter variant is "
-                               f"{self._variant}; set variant to {_variant_of(product) or 'B, 6F or 6FB'}")
-        self.client.demand({
-            "command": "set_realtime_push", "cycle": 1, "enable": True, "port": self.receiver.port,
-            "force_coordinate": 0, "ip": self.client.local_address(),
-        }, "state")
+            raise RefusedError(
+                f"the controller says it is {product[:20]!r}, but parameter variant is "
+                f"{self._variant}; set variant to {_variant_of(product) or 'B, 6F or 6FB'}"
+            )
+        self.client.demand(
+            {
+                "command": "set_realtime_push",
+                "cycle": 1,
+                "enable": True,
+                "port": self.receiver.port,
+                "force_coordinate": 0,
+                "ip": self.client.local_address(),
+            },
+            "state",
+        )
         self._ready = True
 
 

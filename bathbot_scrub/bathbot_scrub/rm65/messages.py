@@ -4,15 +4,16 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from bathbot_msgs.action import Approach
-from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_depthcorr.rigid import inverse, quaternion_from_rotation, rotation_from_quaternion
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, WrenchStamped
 from numpy.typing import ArrayLike, NDArray
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
-from bathbot_depthcorr.rigid import inverse, quaternion_from_rotation, rotation_from_quaternion
+from bathbot_msgs.action import Approach
+from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_scrub.rm65.approach import Request
 from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.errors import (
     ArmError,
@@ -68,13 +69,27 @@ def transforms_from_poses(poses: Sequence[Pose]) -> Array:
     Raises:
         InvalidPoseError: When one is not finite or its quaternion is not of unit length to 1e-3.
     """
-    values = np.array([[p.position.x, p.position.y, p.position.z, p.orientation.x, p.orientation.y,
-                        p.orientation.z, p.orientation.w] for p in poses]).reshape(-1, 7)
+    values = np.array(
+        [
+            [
+                p.position.x,
+                p.position.y,
+                p.position.z,
+                p.orientation.x,
+                p.orientation.y,
+                p.orientation.z,
+                p.orientation.w,
+            ]
+            for p in poses
+        ]
+    ).reshape(-1, 7)
     norms = np.linalg.norm(values[:, 3:], axis=1)
     good = np.isfinite(values).all(1) & (np.abs(norms - 1.0) < 1e-3)
     if not good.all():
         index = int(np.argmin(good))
-        raise InvalidPoseError(f"pose {index} is not finite or its quaternion has length {norms[index]:.4f}, not 1")
+        raise InvalidPoseError(
+            f"pose {index} is not finite or its quaternion has length {norms[index]:.4f}, not 1"
+        )
     transforms = np.tile(np.eye(4), (len(values), 1, 1))
     if len(values):
         transforms[:, :3, :3] = rotation_from_quaternion(values[:, 3:])
@@ -82,14 +97,14 @@ def transforms_from_poses(poses: Sequence[Pose]) -> Array:
     return transforms
 
 
-def target_from_goal(goal: Approach.Goal) -> Array:
-    """The target of an approach, T_base_head, (4, 4).
+def request_from_goal(goal: Approach.Goal) -> Request:
+    """What an approach is asked for.
 
     Raises:
         InvalidPoseError: Not finite, not a unit quaternion, or in another frame.
     """
     _check_frame(goal.target.header.frame_id, "the target")
-    return transforms_from_poses([goal.target.pose])[0]
+    return Request(transforms_from_poses([goal.target.pose])[0], goal.region, goal.standoff, goal.speed)
 
 
 def segment_from_message(message: ScrubSegment) -> Segment:
@@ -99,8 +114,14 @@ def segment_from_message(message: ScrubSegment) -> Segment:
         InvalidPoseError: Not finite, not unit quaternions, or in another frame.
     """
     _check_frame(message.header.frame_id, f"segment {message.index}")
-    return Segment(message.path_id, message.index, message.last, message.region,
-                   transforms_from_poses(message.poses), message.speed)
+    return Segment(
+        message.path_id,
+        message.index,
+        message.last,
+        message.region,
+        transforms_from_poses(message.poses),
+        message.speed,
+    )
 
 
 def _check_frame(frame: str, what: str) -> None:
@@ -151,10 +172,17 @@ def tree_message(kinematics: Kinematics, joints: Array, stamp: Time) -> TFMessag
 def arm_state_message(snapshot: Snapshot, stamp: Time) -> ArmState:
     """What the driver does now."""
     message = ArmState(
-        state=int(snapshot.state), reason=snapshot.reason, connected=snapshot.connected, path_id=snapshot.path_id,
-        segment_index=snapshot.segment_index, segments_queued=snapshot.segments_queued,
-        distance_along=snapshot.distance_along, path_done=snapshot.path_done, force=snapshot.force,
-        force_threshold=snapshot.force_threshold, period=snapshot.period,
+        state=int(snapshot.state),
+        reason=snapshot.reason,
+        connected=snapshot.connected,
+        path_id=snapshot.path_id,
+        segment_index=snapshot.segment_index,
+        segments_queued=snapshot.segments_queued,
+        distance_along=snapshot.distance_along,
+        path_done=snapshot.path_done,
+        force=snapshot.force,
+        force_threshold=snapshot.force_threshold,
+        period=snapshot.period,
         period_deviation_p99=snapshot.period_deviation_p99,
     )
     message.header.stamp, message.header.frame_id = stamp, BASE

@@ -17,14 +17,18 @@ from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.path_runner import Pace
 
 Array = NDArray[np.float64]
-_PLANE_SLACK = 0.02   # [m] that any link may pass the plane through the end next to the person
-_DETOUR = 1.6         # longest way of the head over the straight distance
-_DETOUR_FREE = 0.15   # [m] that are no detour
+_PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next to the person
+_DETOUR = 1.6  # longest way of the head over the straight distance
+_DETOUR_FREE = 0.15  # [m] that are no detour
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
 _BACKS = (0.0, 0.08, 0.16)  # [m] straight back from the person before the joints fold
-_NEAR_SIDE = 0.03     # [m] towards the person that a way home may use, after a retract of 0.10 m
-_LINE_STEP = 0.002    # [m] between samples of a straight line: its joints bend little
-_RAMP_TIME = 0.1      # [s] in which an acceleration is reached
+_NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
+_ROOM, _ROOM_WEIGHT = (
+    0.7,
+    10.0,
+)  # [rad] wanted about a posture that paths begin from; its worth against travel
+_LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
+_RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +36,7 @@ class Planner:
     """Plans for one arm."""
 
     kinematics: Kinematics
-    home: Array         # folded posture [rad], shape (6,): the wrist may turn freely there
+    home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
     joint_pace: Pace
     joint_share: float  # of the joints' limits that tool paths may use
     limits: JointLimits = RM65_LIMITS
@@ -49,7 +53,8 @@ class Planner:
     def to_pose(self, start: ArrayLike, T_base_head: Array) -> JointPath:
         """Joint path to a head pose whose z axis points at the person.
 
-        Of the solutions with least travel, the first whose way stays on the arm's side of the pose.
+        Of the solutions with most room for a path around the pose, then with least travel, the first
+        whose way stays on the arm's side of the pose.
 
         Args:
             start: Joints now [rad], shape (6,).
@@ -59,11 +64,15 @@ class Planner:
             UnreachableError: No solution, or none with a clear way.
         """
         start = np.asarray(start, dtype=float)
-        solutions = within_limits(unwind(solve_head(self.kinematics, T_base_head, self.limits), start), self.limits)
-        travel = np.abs(solutions - start).sum(-1)
-        order = [int(i) for i in np.argsort(travel) if np.isfinite(travel[i])]
+        solutions = within_limits(
+            unwind(solve_head(self.kinematics, T_base_head, self.limits), start), self.limits
+        )
+        cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - self._room(solutions))
+        order = [int(i) for i in np.argsort(cost) if np.isfinite(cost[i])]
         if not order:
-            raise UnreachableError(f"no joint solution for the head at {_place(T_base_head)}; bring the target nearer")
+            raise UnreachableError(
+                f"no joint solution for the head at {_place(T_base_head)}; bring the target nearer"
+            )
         reasons = []
         for branch in order:
             try:
@@ -94,14 +103,18 @@ class Planner:
             try:
                 line = [near]
                 if back:
-                    line = list(solve_path(self.kinematics, densify([T, retreated(T, back)], 0.01)[1], near, self.limits))
+                    line = list(
+                        solve_path(
+                            self.kinematics, densify([T, retreated(T, back)], 0.01)[1], near, self.limits
+                        )
+                    )
                 return line + self._folding(line[-1], far, side)
             except UnreachableError as error:
                 first = first or error
         raise first or UnreachableError("no way")
 
     def _folding(self, near: Array, far: Array, side: Array) -> list[Array]:
-        """Joints to pass between two postures: none where the head makes no detour, else with the arm folded."""
+        """Joints to pass between two postures: none where the head makes no detour, else the arm folded."""
         if not self._obstacle(near, far, side):
             return []
         folded_near = np.concatenate([self.home[:3], near[3:]])
@@ -110,6 +123,11 @@ class Planner:
             if why := self._obstacle(begin, end, side):
                 raise UnreachableError(why)
         return [folded_near, folded_far]
+
+    def _room(self, joints: Array) -> Array:
+        """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
+        room = np.minimum(self.limits.upper - joints, joints - self.limits.lower).min(-1)
+        return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)
 
     def _obstacle(self, start: Array, goal: Array, side: Array) -> str:
         """Say why a straight way in joint space is not clear; empty when it is."""
@@ -126,7 +144,9 @@ class Planner:
             return f"the head would travel {way:.2f} m for {straight:.2f} m"
         return ""
 
-    def tool_path(self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP) -> JointPath:
+    def tool_path(
+        self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP
+    ) -> JointPath:
         """Straight lines and slerp through head poses, (N, 4, 4), that begin where `start` [rad] is.
 
         Args:
@@ -179,7 +199,8 @@ class Planner:
         away = float(np.linalg.norm(T_first[:3, 3] - T_now[:3, 3]))
         if away > longest:
             raise UnreachableError(
-                f"the path begins {away:.3f} m from the head, more than {longest} m; approach its beginning first")
+                f"the path begins {away:.3f} m from the head, more than {longest} m; approach its start"
+            )
         if away < 0.015:
             return np.stack([T_now, T_first])
         up_now, up_first = T_now.copy(), T_first.copy()
@@ -202,5 +223,3 @@ def retreated(T_base_head: Array, distance: float) -> Array:
 
 def _place(T: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f}) m".format(*T[:3, 3])
-
-

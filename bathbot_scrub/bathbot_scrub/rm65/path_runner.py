@@ -11,7 +11,7 @@ from bathbot_scrub.rm65.joint_path import JointPath
 
 Array = NDArray[np.float64]
 _LOOK_AHEAD = 0.05  # [s] of travel over which the allowed speed is looked up
-_CREEP = 1e-4       # least speed [s-units/s] that counts as motion
+_CREEP = 1e-4  # least speed [s-units/s] that counts as motion
 
 
 @dataclass(frozen=True, slots=True)

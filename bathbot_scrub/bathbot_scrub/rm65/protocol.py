@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.rigid import quaternion_from_rotation, rotation_from_quaternion
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_depthcorr.rigid import quaternion_from_rotation, rotation_from_quaternion
 from bathbot_scrub.rm65.errors import ProtocolError
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ Frame = dict[str, Any]
 
 MAX_FRAME = 65536  # [bytes]; the largest honest frame is below 2000
 END = b"\r\n"
-_LARGEST = 2**31   # no honest number on the wire is larger
+_LARGEST = 2**31  # no honest number on the wire is larger
 _JOINT_UNIT = np.pi / 180.0 / 1000.0
 
 
@@ -153,21 +153,25 @@ def quaternion_from_wire(values: ArrayLike) -> Array:
 def euler_from_rotation(rotation: ArrayLike) -> Array:
     """Angles (rx, ry, rz) [rad] of R = Rz(rz) Ry(ry) Rx(rx), shape (3,)."""
     R = np.asarray(rotation, dtype=float)
-    return np.array([
-        np.arctan2(R[2, 1], R[2, 2]),
-        np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])),
-        np.arctan2(R[1, 0], R[0, 0]),
-    ])
+    return np.array(
+        [
+            np.arctan2(R[2, 1], R[2, 2]),
+            np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])),
+            np.arctan2(R[1, 0], R[0, 0]),
+        ]
+    )
 
 
 def rotation_from_euler(angles: ArrayLike) -> Array:
     """R = Rz(rz) Ry(ry) Rx(rx), shape (3, 3), of angles (rx, ry, rz) [rad]."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
-    return np.array([
-        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-        [-sy, cy * sx, cy * cx],
-    ])
+    return np.array(
+        [
+            [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+            [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+            [-sy, cy * sx, cy * cx],
+        ]
+    )
 
 
 def _rounded(values: ArrayLike, scale: float) -> list[int]:

@@ -5,8 +5,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from bathbot_msgs.action import Approach
-from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_depthcorr.stage_node import ERROR, OK, WARN, StageNode, run
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -16,8 +15,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from bathbot_depthcorr.stage_node import ERROR, OK, WARN, StageNode, run
-from bathbot_scrub.rm65.driver import ArmDriver, Snapshot, Touch
+from bathbot_msgs.action import Approach
+from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_scrub.rm65.approach import Touch
+from bathbot_scrub.rm65.driver import ArmDriver, Snapshot
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.force_guard import State
@@ -26,12 +27,13 @@ from bathbot_scrub.rm65.messages import (
     error_code,
     joint_state_message,
     pose_stamped,
+    request_from_goal,
     segment_from_message,
     stamp_of,
-    target_from_goal,
     tree_message,
     wrench_message,
 )
+from bathbot_scrub.rm65.period import prefer_process
 
 _TREE_EVERY, _STATE_EVERY, _REPORT_EVERY = 2, 5, 50  # ticks of the 100 Hz timer
 
@@ -59,14 +61,26 @@ class Rm65Driver(StageNode):
         self._ticks, self._shown, self._refused = 0, (State.FREE, ""), ""
         self._parts: list[Any] = [
             self.create_service(Trigger, f"arm/{name}", self._answer(action))
-            for name, action in (("stop", driver.stop), ("pause", driver.pause), ("resume", driver.resume),
-                                 ("retract", driver.retract), ("home", driver.home))
+            for name, action in (
+                ("stop", driver.stop),
+                ("pause", driver.pause),
+                ("resume", driver.resume),
+                ("retract", driver.retract),
+                ("home", driver.home),
+            )
         ]
         self._parts.append(self.create_service(Trigger, "arm/zero_force", self._zero_force))
-        self._segments = self.create_subscription(ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50))
-        self._action = ActionServer(self, Approach, "approach", self._execute,
-                                    handle_accepted_callback=self._begin_approach,
-                                    cancel_callback=lambda _: CancelResponse.ACCEPT)
+        self._segments = self.create_subscription(
+            ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50)
+        )
+        self._action = ActionServer(
+            self,
+            Approach,
+            "approach",
+            self._execute,
+            handle_accepted_callback=self._begin_approach,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
         self._timer = self.create_timer(1.0 / self._settings.publish_rate, self._publish)
         self._priority_logged = False
 
@@ -91,6 +105,7 @@ class Rm65Driver(StageNode):
                 response.message = str(error)
                 self._warn(str(error))
             return response
+
         return serve
 
     async def _zero_force(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -108,12 +123,18 @@ class Rm65Driver(StageNode):
             self._warn(self._refused)
 
     def _begin_approach(self, goal: ServerGoalHandle) -> None:
-        """Approach in a thread of its own; the goal is executed with the outcome, for an executor must not wait."""
+        """Approach in a thread of its own and execute the goal with the outcome: executors must not wait."""
+
         def work() -> None:
-            outcome = self._outcome(lambda: self._driver.approach(
-                target_from_goal(goal.request), goal.request.region, goal.request.standoff, goal.request.speed,
-                lambda: goal.is_cancel_requested,
-                lambda remaining, force: goal.publish_feedback(Approach.Feedback(remaining=remaining, force=force))))
+            outcome = self._outcome(
+                lambda: self._driver.approach(
+                    request_from_goal(goal.request),
+                    lambda: goal.is_cancel_requested,
+                    lambda remaining, force: goal.publish_feedback(
+                        Approach.Feedback(remaining=remaining, force=force)
+                    ),
+                )
+            )
             goal.execute(lambda handle: self._conclude(handle, outcome))
 
         threading.Thread(target=work, name="approach", daemon=True).start()
@@ -175,16 +196,24 @@ class Rm65Driver(StageNode):
         level = (WARN if self._refused else OK) if healthy else ERROR
         statistics, receiver = self._driver.loop.statistics, self._driver.link.receiver
         self.report(
-            level, self._refused or snapshot.reason or snapshot.state.name, state=snapshot.state.name,
-            connected=snapshot.connected, force=f"{snapshot.force:.2f}", samples=receiver.accepted,
-            samples_refused=receiver.rejected, commands=statistics.sent, periods_missed=statistics.missed,
-            period_deviation_p99_ms=f"{snapshot.period_deviation_p99 * 1e3:.3f}", priority=self._driver.loop.priority,
+            level,
+            self._refused or snapshot.reason or snapshot.state.name,
+            state=snapshot.state.name,
+            connected=snapshot.connected,
+            force=f"{snapshot.force:.2f}",
+            samples=receiver.accepted,
+            samples_refused=receiver.rejected,
+            commands=statistics.sent,
+            periods_missed=statistics.missed,
+            period_deviation_p99_ms=f"{snapshot.period_deviation_p99 * 1e3:.3f}",
+            priority=self._driver.loop.priority,
         )
 
 
 def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
+    prefer_process()
     run(Rm65Driver)
 
 

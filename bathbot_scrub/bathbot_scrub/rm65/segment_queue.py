@@ -11,8 +11,9 @@ from bathbot_scrub.rm65.joint_path import JointPath, densify, solve_path, timed_
 from bathbot_scrub.rm65.motion import LINE_DECELERATION, Planner
 
 Array = NDArray[np.float64]
-_LARGEST_GAP = 0.05     # [m] between neighbouring poses of a path
-_LEAD_IN_SPEED = 0.05   # [m/s]
+_LARGEST_GAP = 0.05  # [m] between neighbouring poses of a path
+_LEAD_IN_SPEED = 0.08  # [m/s] off the skin
+_SET_DOWN_SPEED = 0.025  # [m/s]; well below the surge of the force limits
 
 
 class Segment(NamedTuple):
@@ -23,13 +24,15 @@ class Segment(NamedTuple):
     last: bool
     region: str
     T_base_heads: Array  # (N, 4, 4)
-    speed: float         # [m/s] wanted
+    speed: float  # [m/s] wanted
 
 
 class ScrubPath:
     """The path being followed. Immutable but for `extend`, which only adds at the end."""
 
-    def __init__(self, first: Segment, planner: Planner, joints: Array, lead_in: Array, top_speed: float) -> None:
+    def __init__(
+        self, first: Segment, planner: Planner, joints: Array, lead_in: Array, top_speed: float
+    ) -> None:
         """Begin with segment 0.
 
         Args:
@@ -45,12 +48,16 @@ class ScrubPath:
             NotReadyError: When the path does not begin with index 0.
         """
         if first.index != 0:
-            raise NotReadyError(f"path {first.path_id} begins with segment {first.index}; send segment 0 first")
+            raise NotReadyError(
+                f"path {first.path_id} begins with segment {first.index}; send segment 0 first"
+            )
         self.path_id, self.region, self.finished = first.path_id, first.region, False
         self._planner, self._top_speed = planner, top_speed
         lengths, dense = densify(check_poses(lead_in))
         self._joints = solve_path(planner.kinematics, dense, joints, planner.limits)
-        self._lengths, self._caps = lengths, np.full(len(lengths), _LEAD_IN_SPEED)
+        last_piece = np.linalg.norm(lead_in[-1, :3, 3] - lead_in[-2, :3, 3])
+        self._lengths = lengths
+        self._caps = np.where(lengths < lengths[-1] - last_piece, _LEAD_IN_SPEED, _SET_DOWN_SPEED)
         self._last_pose = dense[-1]
         self.lead_in = float(lengths[-1])
         self.ends: list[float] = []
@@ -64,8 +71,9 @@ class ScrubPath:
         """
         if segment.path_id != self.path_id or segment.index != len(self.ends) or self.finished:
             raise NotReadyError(
-                f"segment {segment.index} of path {segment.path_id} does not follow segment {len(self.ends) - 1} "
-                f"of path {self.path_id}; send them in order")
+                f"segment {segment.index} of path {segment.path_id} does not follow {len(self.ends) - 1} "
+                f"of path {self.path_id}; send them in order"
+            )
         poses = check_poses(segment.T_base_heads)
         if poses.ndim != 3 or len(poses) < 1:
             raise InvalidPoseError(f"segment {segment.index} holds no poses")
@@ -73,14 +81,17 @@ class ScrubPath:
         gaps = np.linalg.norm(np.diff(knots[:, :3, 3], axis=0), axis=1)
         if gaps.max() > _LARGEST_GAP:
             raise InvalidPoseError(
-                f"segment {segment.index} has poses {gaps.max():.3f} m apart, more than {_LARGEST_GAP} m; space them closer")
+                f"segment {segment.index} has poses {gaps.max():.3f} m apart, the most is {_LARGEST_GAP} m"
+            )
         if not 0.0 < segment.speed < np.inf:
             raise InvalidPoseError(f"segment {segment.index} asks for a speed of {segment.speed} m/s")
         lengths, dense = densify(knots)
         if len(lengths) > 1:
             joints = solve_path(self._planner.kinematics, dense, self._joints[-1], self._planner.limits)
             self._joints = np.concatenate([self._joints, joints[1:]])
-            self._caps = np.concatenate([self._caps, np.full(len(lengths) - 1, min(segment.speed, self._top_speed))])
+            self._caps = np.concatenate(
+                [self._caps, np.full(len(lengths) - 1, min(segment.speed, self._top_speed))]
+            )
             self._lengths = np.concatenate([self._lengths, self._lengths[-1] + lengths[1:]])
             self._last_pose = dense[-1]
         self.ends.append(float(self._lengths[-1]))
@@ -88,7 +99,9 @@ class ScrubPath:
         lengths, joints, caps = self._lengths, self._joints, self._caps
         if len(lengths) < 2:  # all poses are where the head is
             lengths, joints, caps = np.array([0.0, 1e-6]), np.repeat(joints, 2, 0), np.repeat(caps, 2)
-        self.path = timed_path(lengths, joints, LINE_DECELERATION, self._planner.limits, self._planner.joint_share, caps)
+        self.path = timed_path(
+            lengths, joints, LINE_DECELERATION, self._planner.limits, self._planner.joint_share, caps
+        )
         return self.path
 
     def segment_at(self, length: float) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
+from bathbot_scrub.rm65.period import raise_priority
 from bathbot_scrub.rm65.protocol import (
     Frame,
     decode,
@@ -31,12 +32,12 @@ _POLL = 0.2  # [s] between looks at the stop flag
 class ArmSample(NamedTuple):
     """What the controller measured at one instant."""
 
-    stamp: float          # [s] time.monotonic() on arrival
-    joints: Array         # [rad], shape (6,)
-    wrench: Array         # [N, Nm], shape (6,), external force at the sensor after zeroing, sensor frame
+    stamp: float  # [s] time.monotonic() on arrival
+    joints: Array  # [rad], shape (6,)
+    wrench: Array  # [N, Nm], shape (6,), external force at the sensor after zeroing, sensor frame
     T_base_flange: Array  # (4, 4), as the controller computes it
     errors: tuple[int, ...]  # codes of the controller that are not zero
-    status: str           # the controller's word for what it does
+    status: str  # the controller's word for what it does
 
 
 def parse_sample(raw: bytes, stamp: float) -> ArmSample:
@@ -99,7 +100,9 @@ class StateReceiver:
             self._socket.bind(("", port))
         except OSError as error:
             self._socket.close()
-            raise ArmConnectionError(f"cannot listen on UDP port {port}: {error}; choose another udp_port") from error
+            raise ArmConnectionError(
+                f"cannot listen on UDP port {port}: {error}; choose another udp_port"
+            ) from error
         self._socket.settimeout(_POLL)
         self.port = int(self._socket.getsockname()[1])
         self.accepted = 0
@@ -122,6 +125,7 @@ class StateReceiver:
         self._socket.close()
 
     def _receive(self) -> None:
+        raise_priority()  # what the control loop judges comes through here
         while self._open:
             try:
                 raw, (sender, _) = self._socket.recvfrom(_MAX_DATAGRAM)

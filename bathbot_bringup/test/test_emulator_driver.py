@@ -1,0 +1,340 @@
+"""The arm driver against the emulated controller over TCP and UDP, with exact surfaces and without ROS.
+
+Only what happens is asserted, not when: the machine may be busy. Hence the long `stale_after`.
+"""
+
+import threading
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from bathbot_bringup.sim.emulator import Emulator
+from bathbot_bringup.sim.emulator_settings import EmulatorSettings
+from bathbot_bringup.sim.emulator_surface import PlaneSurface
+from bathbot_scrub.rm65.approach import Request
+from bathbot_scrub.rm65.driver import ArmDriver
+from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.errors import (
+    ArmSettingsError,
+    CanceledError,
+    ForceLimitError,
+    InvalidPoseError,
+    NoContactError,
+    NotReadyError,
+    UnreachableError,
+)
+from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.rm65.motion import retreated
+from bathbot_scrub.rm65.segment_queue import Segment
+from numpy.testing import assert_allclose
+
+AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
+SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))
+TARGET = np.eye(4)
+TARGET[:3, :3] = np.stack([np.cross(SIDE, AXIS), SIDE, AXIS], axis=-1)
+TARGET[:3, 3] = 0.54, -0.05, 0.2
+REGION = "Trunk_skin"
+# the arm is at home a little behind the stand-off, to save time
+READY_DEG = tuple(
+    float(q)
+    for q in np.degrees(nearest(solve_head(Kinematics("6F"), retreated(TARGET, 0.10)), np.radians([0, -40, -100, 0, 60, 0])))
+)
+
+
+@dataclass
+class Wall:
+    """A wall through the target; a positive shift [m] brings it nearer to the arm."""
+
+    shift: float = 0.0
+    plane: PlaneSurface = field(init=False)
+
+    def __post_init__(self):
+        self.plane = PlaneSurface(tuple(-AXIS), float(-AXIS @ TARGET[:3, 3]), REGION, lambda t: self.shift)
+
+    def distance(self, origins, directions, t):
+        return self.plane.distance(origins, directions, t)
+
+
+def until(condition, timeout=20.0):
+    deadline = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < deadline, "not in time"
+        time.sleep(0.01)
+
+
+class Cell:
+    """Emulator, wall, driver, and what was logged."""
+
+    def __init__(self, **settings):
+        self.wall, self.log = Wall(), []
+        self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), self.wall)
+        values = {"port": self.emulator.port, "udp_port": 0, "stale_after": 2.0, "joint_speed": 2.0,
+                  "joint_acceleration": 6.0, "approach_speed": 0.05, "home_deg": READY_DEG} | settings  # fmt: skip
+        self.driver = ArmDriver(DriverSettings(**values), self.log.append)
+
+    def state(self):
+        return self.driver.snapshot().state
+
+    def approach(self, **changes):
+        return self.driver.approach(Request(**{"T_base_target": TARGET, "region": REGION} | changes))
+
+    def gap(self):
+        """Distance of the true head from the wall [m]; negative when pressed."""
+        return float(AXIS @ (TARGET[:3, 3] - self.emulator.truth().T_base_head[:3, 3])) - self.wall.shift
+
+    def close(self):
+        self.driver.close()
+        self.emulator.close()
+
+
+@contextmanager
+def running(**settings):
+    cell = Cell(**settings)
+    try:
+        until(lambda: cell.driver.snapshot().connected)
+        yield cell
+    finally:
+        cell.close()
+
+
+@pytest.fixture
+def cell():
+    with running() as cell:
+        yield cell
+
+
+def segments(count=3, speed=0.10, depth=0.005):
+    """Straight paths of 20 mm pieces along y of the head, from just beside the target."""
+    result = []
+    for index in range(count):
+        poses = np.tile(TARGET, (11, 1, 1))
+        along = 0.02 * index - 0.01 + np.linspace(0.0, 0.02, 11)
+        poses[:, :3, 3] += along[:, None] * SIDE + depth * AXIS
+        result.append(Segment(7, index, index == count - 1, REGION, poses, speed))
+    return result
+
+
+def test_the_whole_job(cell):
+    driver = cell.driver
+    touch = cell.approach()
+    assert touch.force >= 1.0
+    assert -0.009 < AXIS @ (TARGET[:3, 3] - touch.T_base_head[:3, 3]) < -0.001
+    until(lambda: not driver.loop.guard.moving)
+    for segment in segments():
+        driver.follow(segment)
+    forces = []
+    while not driver.snapshot().path_done:
+        forces.append(driver.snapshot().force)
+        assert cell.state() is State.CONTACT
+        time.sleep(0.02)
+    snapshot = driver.snapshot()
+    assert snapshot.distance_along == pytest.approx(0.06, abs=1e-3)
+    assert (snapshot.segment_index, snapshot.segments_queued, snapshot.reason) == (2, 0, "path done")
+    assert cell.gap() == pytest.approx(-0.005, abs=2e-4)
+    assert max(forces) < driver.limits.region(REGION).retract
+    with pytest.raises(NotReadyError, match="CONTACT"):
+        driver.home()
+    driver.retract()
+    until(lambda: cell.state() is State.FREE)
+    until(lambda: cell.gap() > 0.085)
+    driver.home()
+    until(lambda: driver.snapshot().reason == "at home")
+    until(lambda: np.abs(cell.emulator.truth().joints - np.radians(driver.settings.home_deg)).max() < 1e-3)
+    assert cell.log == []
+
+
+def test_a_starved_path_waits_in_contact_and_goes_on(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    first, second, third = segments()
+    cell.driver.follow(first)
+    until(lambda: cell.driver.snapshot().reason == "waits for segments")
+    assert cell.state() is State.CONTACT
+    cell.driver.follow(second)
+    cell.driver.follow(third)
+    until(lambda: cell.driver.snapshot().path_done)
+
+
+def test_stop_stops_and_forgets_pause_stops_and_resumes(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    for segment in segments(speed=0.02):
+        cell.driver.follow(segment)
+    until(lambda: cell.driver.snapshot().distance_along > 0.005)
+    cell.driver.pause()
+    until(lambda: not cell.driver.loop.guard.moving)
+    assert (cell.state(), cell.driver.snapshot().reason) == (State.HOLD, "paused")
+    at = cell.driver.snapshot().distance_along
+    time.sleep(0.2)
+    assert cell.driver.snapshot().distance_along == at
+    cell.driver.resume()
+    until(lambda: cell.driver.snapshot().distance_along > at + 0.005)
+    cell.driver.stop()
+    until(lambda: not cell.driver.loop.guard.moving)
+    assert cell.state() is State.HOLD
+    for refused in (cell.driver.resume, cell.driver.home, lambda: cell.driver.follow(segments()[0])):
+        with pytest.raises(NotReadyError):
+            refused()
+    cell.driver.retract()
+    until(lambda: cell.state() is State.FREE)
+
+
+def test_a_body_that_moves_into_the_brush_is_left_along_the_normal(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    cell.wall.shift = 0.006  # 6 mm nearer at once: the bristles are pressed flat, and more
+    until(lambda: cell.state() is State.HOLD or cell.state() is State.FAULT)
+    assert "retracted: force" in cell.driver.snapshot().reason
+    until(lambda: cell.gap() > 0.05)
+    offset = cell.emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
+    assert np.linalg.norm(np.cross(offset, AXIS)) < 1e-3
+    if cell.state() is State.FAULT:
+        cell.driver.resume()
+    cell.driver.home()
+    until(lambda: cell.driver.snapshot().reason == "at home")
+
+
+def test_no_skin_where_it_should_be(cell):
+    cell.wall.shift = -0.05
+    with pytest.raises(NoContactError, match="has the person moved"):
+        cell.approach()
+    assert cell.state() is State.HOLD
+    with pytest.raises(NotReadyError, match="arm/retract first"):
+        cell.approach()
+    cell.driver.retract()
+    until(lambda: cell.state() is State.FREE)
+
+
+def test_skin_nearer_than_believed_is_felt_all_the_same(cell):
+    cell.wall.shift = 0.02
+    cell.approach()
+    assert cell.emulator.truth().contact.compression < 0.010
+    assert cell.emulator.truth().contact.indentation == 0.0
+
+
+def test_something_in_the_way_to_the_standoff_sends_it_back(cell):
+    cell.wall.shift = 0.15
+    with pytest.raises(ForceLimitError, match="force"):
+        cell.approach()
+    until(lambda: np.linalg.norm(cell.emulator.truth().contact.force) == 0.0)
+    assert cell.state() in (State.HOLD, State.FAULT)
+
+
+@pytest.mark.parametrize(
+    ("request_", "error"),
+    [
+        pytest.param({"T_base_target": TARGET * np.nan}, InvalidPoseError, id="not a number"),
+        pytest.param({"T_base_target": np.diag([2.0, 1.0, 1.0, 1.0]) @ TARGET}, InvalidPoseError, id="not rigid"),
+        pytest.param({"T_base_target": TARGET + 0.5 * np.eye(4, k=3)}, UnreachableError, id="far"),
+        pytest.param({"region": "Knee"}, ArmSettingsError, id="region"),
+        pytest.param({"standoff": float("nan")}, InvalidPoseError, id="standoff"),
+        pytest.param({"speed": -1.0}, InvalidPoseError, id="speed"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_anything_moves(cell, request_, error):
+    before = cell.emulator.truth().joints
+    with pytest.raises(error) as caught:
+        cell.approach(**request_)
+    assert "\n" not in str(caught.value)
+    time.sleep(0.1)
+    assert_allclose(cell.emulator.truth().joints, before)
+    assert cell.state() is State.FREE
+
+
+def test_a_canceled_approach_stands_still(cell):
+    canceled = threading.Event()
+    threading.Timer(0.5, canceled.set).start()
+    with pytest.raises(CanceledError):
+        cell.driver.approach(Request(TARGET, REGION), canceled.is_set)
+    until(lambda: not cell.driver.loop.guard.moving)
+    at = cell.emulator.truth().joints
+    time.sleep(0.3)
+    assert_allclose(cell.emulator.truth().joints, at, atol=2e-3)
+
+
+def test_segments_far_away_or_beyond_reach_are_refused(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    first = segments()[0]
+    away = first.T_base_heads.copy()
+    away[:, 2, 3] += 0.5
+    for poses in (away, first.T_base_heads * np.nan, np.zeros((0, 4, 4))):
+        with pytest.raises((UnreachableError, InvalidPoseError, NotReadyError)):
+            cell.driver.follow(first._replace(T_base_heads=poses))
+    assert cell.state() is State.CONTACT
+    cell.driver.follow(first)
+
+
+def test_a_path_that_begins_elsewhere_is_reached_over_the_skin(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    aside = segments()[2]._replace(index=0)
+    cell.driver.follow(aside)
+    highest = 0.0
+    while not cell.driver.snapshot().path_done:
+        assert cell.state() is State.CONTACT
+        highest = max(highest, cell.gap())
+        time.sleep(0.01)
+    assert highest == pytest.approx(0.03 - 0.002, abs=0.004)
+
+
+def test_a_full_queue_refuses():
+    with running(queue_length=2) as cell:
+        cell.approach()
+        until(lambda: not cell.driver.loop.guard.moving)
+        pieces = segments(count=4, speed=0.005)
+        cell.driver.follow(pieces[0])
+        cell.driver.follow(pieces[1])
+        with pytest.raises(NotReadyError, match="2 segments wait"):
+            cell.driver.follow(pieces[2])
+
+
+def test_silence_of_the_push_stops_the_arm_and_resume_clears_it():
+    with running(stale_after=0.5) as cell:
+        cell.approach()
+        until(lambda: not cell.driver.loop.guard.moving)
+        cell.driver.link.client.demand({"command": "set_realtime_push", "enable": False}, "state")
+        until(lambda: cell.state() is State.FAULT)
+        assert "no state from the controller" in cell.driver.snapshot().reason
+        with pytest.raises(NotReadyError, match="cannot resume"):
+            cell.driver.resume()
+        cell.driver.link.client.demand({"command": "set_realtime_push", "enable": True}, "state")
+        until(lambda: cell.driver.snapshot().connected)
+        cell.driver.resume()
+        cell.driver.retract()
+        until(lambda: cell.state() is State.FREE)
+
+
+def test_a_lost_controller_is_a_fault_and_the_arm_stands(cell):
+    cell.approach()
+    until(lambda: not cell.driver.loop.guard.moving)
+    for segment in segments(speed=0.02):
+        cell.driver.follow(segment)
+    time.sleep(0.3)
+    for session in list(cell.emulator.sessions):
+        cell.emulator._loop.call_soon_threadsafe(session.transport.abort)
+    until(lambda: cell.state() is State.FAULT)
+    time.sleep(0.3)
+    at = cell.emulator.truth().joints
+    time.sleep(0.3)
+    assert_allclose(cell.emulator.truth().joints, at, atol=1e-5)
+    until(lambda: cell.driver.snapshot().connected)
+    cell.driver.resume()
+    cell.driver.retract()
+    until(lambda: cell.state() is State.FREE)
+    assert any("lost the controller" in line for line in cell.log)
+
+
+def test_another_arm_than_the_parameter_says_is_never_moved():
+    cell = Cell(variant="6FB")
+    try:
+        until(lambda: cell.log)
+        assert "set variant to 6F" in cell.log[0]
+        with pytest.raises(NotReadyError):
+            cell.approach()
+    finally:
+        cell.close()

@@ -1,0 +1,52 @@
+"""Parameters of the simulated camera."""
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from bathbot_bringup.errors import SettingsError
+from bathbot_bringup.sim.d455_camera import ColourNoise, D455Camera
+from bathbot_bringup.sim.sim_camera_settings import SCENES, SimCameraSettings
+
+CONFIG = Path(__file__).parents[1] / "config" / "sim_camera.yaml"
+
+
+def test_the_file_has_the_fields_and_the_defaults_of_the_settings():
+    parameters = yaml.safe_load(CONFIG.read_text())["sim_camera"]["ros__parameters"]
+    assert parameters == {field.name: field.default for field in fields(SimCameraSettings)}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        pytest.param({"scene": "kitchen"}, "bathroom, chessboard, aruco", id="scene"),
+        pytest.param({"preset": "best"}, "no D455 preset", id="preset"),
+        pytest.param({"scenario": "dancing"}, "no scenario", id="scenario"),
+        pytest.param({"rate": 0.0}, "rate must lie", id="rate"),
+        pytest.param({"epoch": -1.0}, "epoch must lie", id="epoch"),
+        pytest.param({"seed": -3}, "seed must lie", id="seed"),
+    ],
+)
+def test_bad_values_are_refused(change, message):
+    with pytest.raises(SettingsError, match=message):
+        SimCameraSettings(**change)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_scene_gives_a_pair_of_pictures(scene):
+    camera = D455Camera(SimCameraSettings(scene=scene, width=424, height=240, poses=3))
+    shot = camera.shoot(0.1, np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0]))
+    assert shot.colour.shape == (240, 424, 3)
+    assert shot.colour.dtype == np.uint8
+    assert 0.3 < np.isfinite(shot.depth).mean() < 1.0
+    assert np.nanmin(shot.depth) > 0.1
+
+
+def test_colour_noise_is_as_strong_as_said():
+    noise = ColourNoise((240, 424), 3.0, seed=0)
+    noisy = noise.add(np.full((240, 424, 3), 128, np.uint8), np.random.default_rng(0))
+    assert abs(noisy.std() - 3.0) < 0.3
+    clean = np.full((4, 4, 3), 7, np.uint8)
+    assert (ColourNoise((4, 4), 0.0, seed=0).add(clean, np.random.default_rng(0)) == clean).all()

@@ -1,0 +1,219 @@
+import numpy as np
+import pytest
+from bathbot_depthcorr.correction import (
+    MODELS,
+    CalibrationFileError,
+    CameraUnit,
+    Identity,
+    OtherCameraError,
+    load,
+)
+from bathbot_depthcorr.correction_model import DepthShapeError
+from bathbot_depthcorr.disparity_spline import DisparitySpline, ripple_terms, tame
+from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.two_stage import TwoStage, make_monotone
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+CAMERA = Pinhole(64, 36, 32.0, 32.0, 32.0, 18.0)
+UNIT = CameraUnit(CAMERA, transform_from(translation=(-0.059, 0.001, 0.002)), "SN-1", 31.5)
+
+
+def spline(seed=0, strength=1.0, unit=UNIT):
+    rng = np.random.default_rng(seed)
+    return DisparitySpline(
+        unit, strength * rng.normal(0.0, 0.02, (4, 5)), strength * rng.normal(0.0, 0.1, (6, 8)),
+        strength * rng.normal(0.0, 0.05, 4), 0.07, np.full((3, 5, 9), 1e-4),
+    )  # fmt: skip
+
+
+def two_stage(seed=0, strength=1.0):
+    rng = np.random.default_rng(seed)
+    local = np.array([0.0, 1.0, 0.0]) + strength * rng.normal(0.0, (0.01, 0.2, 0.3), (5, 9, 3))
+    return TwoStage(UNIT, local, [0.0, 1.0 + 0.02 * strength, 0.01 * strength], (0.4, 1.8), 0.07)
+
+
+def made(name, seed=0):
+    return {"disparity_spline": spline, "two_stage": two_stage, "identity": lambda _: Identity(UNIT)}[name](
+        seed
+    )
+
+
+def frame(seed=0):
+    depth = np.random.default_rng(seed).uniform(0.3, 3.0, (36, 64)).astype(np.float32)
+    depth[::5] = np.nan
+    return depth
+
+
+@pytest.fixture(params=sorted(MODELS))
+def name(request):
+    return request.param
+
+
+def test_no_depth_stays_no_depth_and_none_is_invented(name):
+    corrected = made(name).apply(frame())
+    assert corrected.dtype == np.float32
+    assert_array_equal(np.isnan(corrected), np.isnan(frame()))
+
+
+def test_zero_and_negative_count_as_no_depth_in_the_fitted_models():
+    depth = np.zeros((36, 64), np.float32)
+    depth[0] = -1.0
+    assert np.isnan(spline().apply(depth)).all()
+    assert np.isnan(two_stage().apply(depth)).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_corrected_depth_rises_with_raw_depth(name, seed):
+    """Even for wild maps: monotone over every millimetre that a D455 can report."""
+    correction = made(name, seed)
+    steps = np.stack([
+        correction.apply(np.full((36, 64), z, np.float32))
+        for z in np.arange(0.3, 4.0, 0.001, dtype=np.float32)
+    ])  # fmt: skip
+    assert (np.diff(steps, axis=0)[np.isfinite(np.diff(steps, axis=0))] > 0.0).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 999), z=st.floats(0.3, 3.0))
+def test_spline_is_the_written_formula(seed, z):
+    correction = spline(seed)
+    depth = np.full((36, 64), z, np.float32)
+    scale, offset = correction._surface(correction.scale), correction._surface(correction.offset)
+    disparity = UNIT.focal_baseline / depth.astype(float)
+    expected = UNIT.focal_baseline / (
+        disparity * (1 + scale) + offset + ripple_terms(disparity) @ correction.ripple
+    )
+    usable = (expected > 0.0) & (expected < 10.0)
+    assert_allclose(correction.apply(depth)[usable], expected[usable], rtol=2e-4)
+
+
+def test_zero_coefficients_are_exactly_the_identity():
+    depth = frame()
+    assert_array_equal(spline(strength=0.0).apply(depth), depth)
+    assert_array_equal(Identity(UNIT).apply(depth), depth)
+    assert_allclose(two_stage(strength=0.0).apply(depth), depth, rtol=1e-6)
+
+
+def test_the_input_is_left_alone(name):
+    depth = frame()
+    corrected = made(name).apply(depth)
+    corrected[:] = 0.0
+    assert_array_equal(depth, frame())
+
+
+def test_sigma_grows_with_distance_and_follows_the_holes(name):
+    correction = made(name)
+    assert_array_equal(np.isnan(correction.sigma(frame())), np.isnan(frame()))
+    near, far = (np.nanmean(correction.sigma(np.full((36, 64), z, np.float32))) for z in (0.5, 1.5))
+    assert 0.0 < near < far
+
+
+def test_sigma_by_hand():
+    correction = DisparitySpline(
+        UNIT, np.zeros((4, 4)), np.zeros((4, 4)), np.zeros(4), 0.06, np.zeros((3, 4, 4))
+    )
+    depth = np.full((36, 64), 0.75, np.float32)
+    assert_allclose(correction.sigma(depth), 0.75**2 / (32.0 * 0.095) * 0.06, rtol=1e-5)
+
+
+def test_save_and_load_give_the_same_correction(name, tmp_path):
+    correction = made(name)
+    correction.save(tmp_path / "unit.npz")
+    again = load(tmp_path / "unit.npz")
+    assert type(again) is type(correction)
+    assert_array_equal(again.apply(frame()), correction.apply(frame()))
+    assert_array_equal(again.sigma(frame()), correction.sigma(frame()))
+    assert_array_equal(again.T_colour_depth, correction.T_colour_depth)
+    assert (again.serial, again.temperature, again.depth_camera) == ("SN-1", 31.5, CAMERA)
+    assert [path.name for path in tmp_path.iterdir()] == ["unit.npz"]
+
+
+def test_tame_keeps_small_ripples_and_shrinks_wild_ones():
+    assert_array_equal(tame([0.03, 0.01, 0.0, 0.001]), [0.03, 0.01, 0.0, 0.001])
+    assert np.abs(tame([1.0, 1.0, 1.0, 1.0])).max() < 0.05
+
+
+@given(st.tuples(st.floats(-1, 1), st.floats(-3, 3), st.floats(-3, 3)))
+def test_make_monotone_rises_on_its_span(coefficients):
+    _, slope, bend = make_monotone(coefficients, 0.4, 2.0)
+    assert min(slope + 2 * bend * z for z in (0.4, 2.0)) >= 0.2 - 1e-9
+
+
+@pytest.mark.parametrize(
+    ("camera", "serial", "words"),
+    [
+        (Pinhole(128, 72, 64.0, 64.0, 64.0, 36.0), "", "64x36, camera sends 128x72"),
+        (Pinhole(64, 36, 32.5, 32.0, 32.0, 18.0), "", "fx 32.00 px, camera has 32.50 px"),
+        (Pinhole(64, 36, 32.0, 32.0, 32.0, 18.4), "", "cy 18.00 px, camera has 18.40 px"),
+        (CAMERA, "SN-2", "camera SN-1, connected is SN-2"),
+    ],
+)
+def test_another_camera_is_refused(camera, serial, words):
+    UNIT.refuse_other(CAMERA, "SN-1")
+    UNIT.refuse_other(CAMERA)
+    with pytest.raises(OtherCameraError, match=words):
+        UNIT.refuse_other(camera, serial)
+
+
+def test_a_frame_of_another_size_is_refused(name):
+    with pytest.raises(DepthShapeError, match=r"shape \(18, 32\), calibration is for \(36, 64\)"):
+        made(name).apply(np.ones((18, 32), np.float32))
+
+
+class TestForeignFiles:
+    def refused(self, path, words):
+        with pytest.raises(CalibrationFileError, match=words) as caught:
+            load(path)
+        assert "\n" not in str(caught.value)
+
+    def test_missing(self, tmp_path):
+        self.refused(tmp_path / "absent.npz", "no depth calibration at .*absent.npz; make one with")
+
+    def test_empty_text_and_folder(self, tmp_path):
+        (tmp_path / "empty.npz").write_bytes(b"")
+        self.refused(tmp_path / "empty.npz", r"\(0 bytes\) is no depth calibration")
+        (tmp_path / "text.npz").write_text("hello")
+        self.refused(tmp_path / "text.npz", "is no depth calibration")
+        self.refused(tmp_path, "cannot read")
+
+    def test_cut_off_anywhere(self, tmp_path):
+        spline().save(tmp_path / "whole.npz")
+        data = (tmp_path / "whole.npz").read_bytes()
+        for share in (0.1, 0.5, 0.9, 0.99):
+            (tmp_path / "cut.npz").write_bytes(data[: int(share * len(data))])
+            self.refused(tmp_path / "cut.npz", "is cut off")
+
+    def test_single_array(self, tmp_path):
+        np.save(tmp_path / "array.npy", np.zeros(3))
+        self.refused(tmp_path / "array.npy", "is no depth calibration")
+
+    def test_other_npz(self, tmp_path):
+        np.savez(tmp_path / "other.npz", x=1)
+        self.refused(tmp_path / "other.npz", "format 'none', expected 'bathbot depth correction 1'")
+
+    @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            ({"model": "wizard"}, "model 'wizard', known are disparity_spline, two_stage, identity"),
+            ({"T_colour_depth": np.eye(3)}, "lacks or garbles"),
+            ({"size": np.array([0, 0])}, "describe no camera"),
+            ({"ripple": np.full(4, np.nan)}, "not finite"),
+            ({"scale": np.zeros(3)}, "lacks or garbles"),
+            ({"offset": None}, "lacks or garbles a value: 'offset'"),
+        ],
+    )
+    def test_garbled_values(self, tmp_path, change, words):
+        spline().save(tmp_path / "unit.npz")
+        with np.load(tmp_path / "unit.npz") as file:
+            contents = dict(file)
+        contents = {key: value for key, value in {**contents, **change}.items() if value is not None}
+        np.savez(tmp_path / "unit.npz", **contents)
+        self.refused(tmp_path / "unit.npz", words)
+
+    def test_nothing_is_left_where_nothing_can_be_written(self, tmp_path):
+        with pytest.raises(CalibrationFileError, match="cannot write"):
+            spline().save(tmp_path / "no" / "folder.npz")
+        assert not list(tmp_path.iterdir())

@@ -1,0 +1,27 @@
+"""Parameters of the arm driver that mean nothing are refused in one line."""
+
+import pytest
+from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.errors import ArmError
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"variant": "7F"}, "known are B"),
+        ({"host": ""}, "address"),
+        ({"port": 0}, "1..65535"),
+        ({"udp_port": 70000}, "0..65535"),
+        ({"rate": 50.0}, "100..500"),
+        ({"joint_share": 1.5}, "0..1"),
+        ({"standoff": -0.1}, "positive"),
+        ({"retract_speed": float("nan")}, "positive"),
+        ({"queue_length": 1}, "2 or more"),
+        ({"home_deg": (0.0,)}, "six angles"),
+        ({"home_deg": (0.0, 140.0, 0.0, 0.0, 0.0, 0.0)}, "joint 2"),
+    ],
+)
+def test_meaningless_values_are_refused(change, told):
+    with pytest.raises(ArmError, match=told) as caught:
+        DriverSettings(**change)
+    assert "\n" not in str(caught.value)

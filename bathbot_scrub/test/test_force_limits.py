@@ -1,0 +1,125 @@
+"""The limits file, and the filter that feeds the guard."""
+
+import numpy as np
+import pytest
+import yaml
+from bathbot_scrub.rm65.errors import ArmSettingsError
+from bathbot_scrub.rm65.force_limits import default_file, load_force_limits, shipped_force_limits
+from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
+from bathbot_scrub.rm65.wrench_filter import WrenchFilter, at_tip
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+CLASSES = ["Face_skin", "Trunk_skin", "Upperlimb_skin", "Lowerlimb_skin", "Hand_skin", "Foot_skin"]
+forces = st.tuples(*[st.floats(-20.0, 20.0)] * 3).map(np.array)
+
+
+def test_every_class_has_limits_and_the_face_the_gentlest():
+    limits = shipped_force_limits()
+    assert list(limits.regions) == CLASSES
+    assert limits.gentlest() is limits.region("Face_skin")
+    assert limits.region("Trunk_skin").comfort == (1.0, 6.0)
+    assert (limits.contact, limits.region("Trunk_skin").retract, limits.region("Trunk_skin").hard_stop) == (1.0, 10.0, 15.0)
+
+
+def test_every_number_of_the_file_is_read(tmp_path):
+    content = yaml.safe_load(default_file().read_text())
+    shipped, changed = load_force_limits(), tmp_path / "limits.yaml"
+    for key in ("contact", "zero_residual", "transit", "surge"):
+        changed.write_text(yaml.safe_dump(content | {key: content[key] * 0.9}))
+        assert getattr(load_force_limits(changed), key) == pytest.approx(content[key] * 0.9)
+    for key, value in content["regions"]["Trunk_skin"].items():
+        other = [0.99 * v for v in value] if isinstance(value, list) else 0.99 * value
+        regions = content["regions"] | {"Trunk_skin": content["regions"]["Trunk_skin"] | {key: other}}
+        changed.write_text(yaml.safe_dump(content | {"regions": regions}))
+        assert_allclose(getattr(load_force_limits(changed).region("Trunk_skin"), key), other)
+    assert shipped == load_force_limits()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        pytest.param(lambda c: c.pop("surge"), "lacks", id="missing"),
+        pytest.param(lambda c: c.update(colour=1), "unknown", id="unknown"),
+        pytest.param(lambda c: c.update(contact="one"), "finite number", id="text"),
+        pytest.param(lambda c: c.update(contact=[1.0]), "one number", id="list"),
+        pytest.param(lambda c: c.update(contact=float("nan")), "finite number", id="NaN"),
+        pytest.param(lambda c: c.update(contact=20.0), "must lie below", id="contact above retract"),
+        pytest.param(lambda c: c.update(zero_residual=2.0), "zero_residual < contact", id="residual"),
+        pytest.param(lambda c: c.update(transit=0.1), "transit > zero_residual", id="transit"),
+        pytest.param(lambda c: c["regions"]["Face_skin"].update(retract=20.0), "must rise", id="order"),
+        pytest.param(lambda c: c["regions"]["Face_skin"].update(axis=[1.0, 2.0]), "axis three", id="axis"),
+        pytest.param(lambda c: c["regions"]["Face_skin"].update(axis=[-1.0, 2.0, 2.0]), "positive", id="negative"),
+        pytest.param(lambda c: c["regions"].update(Hand_skin=3), "lacks", id="region is a number"),
+        pytest.param(lambda c: c.update(regions={}), "table", id="no regions"),
+    ],
+)
+def test_a_bad_file_is_one_line_with_its_name(tmp_path, change, told):
+    content = yaml.safe_load(default_file().read_text())
+    change(content)
+    file = tmp_path / "limits.yaml"
+    file.write_text(yaml.safe_dump(content))
+    with pytest.raises(ArmSettingsError, match=told) as caught:
+        load_force_limits(file)
+    assert "limits.yaml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"a: [1", b"\xff\xfe", b"3"])
+def test_no_yaml_is_one_line(tmp_path, content):
+    file = tmp_path / "limits.yaml"
+    file.write_bytes(content)
+    with pytest.raises(ArmSettingsError, match=r"limits\.yaml") as caught:
+        load_force_limits(file)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_and_unknown_region_say_what_to_try():
+    with pytest.raises(ArmSettingsError, match="cannot read"):
+        load_force_limits("/nowhere/limits.yaml")
+    with pytest.raises(ArmSettingsError, match="known are Face_skin"):
+        shipped_force_limits().region("Knee")
+
+
+@given(force=forces, torque=forces)
+def test_a_force_at_the_tip_has_no_torque_about_the_tip(force, torque):
+    lever = np.array([0.0, 0.0, HEAD_LENGTH])
+    flange = np.concatenate([force, np.cross(lever, force) + torque])
+    assert_allclose(at_tip(flange), np.concatenate([force, torque]), atol=1e-12)
+
+
+@given(force=forces)
+def test_filter_keeps_a_constant_and_starts_with_it(force):
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(30):
+        wrench = wrench_filter.update(0.005 * k, [*force, 0.0, 0.0, 0.0])
+        assert_allclose(wrench.filtered[:3], force, atol=1e-9)
+    assert wrench.sudden == pytest.approx(float(np.linalg.norm(force)))
+    assert wrench.rise == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_step_is_passed_in_a_few_time_constants_and_a_glitch_is_not_sudden():
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(10):
+        wrench_filter.update(0.005 * k, np.zeros(6))
+    glitch = wrench_filter.update(0.05, [50.0, 0, 0, 0, 0, 0])
+    assert glitch.sudden == 0.0
+    wrench = [wrench_filter.update(0.055 + 0.005 * k, [50.0, 0, 0, 0, 0, 0]) for k in range(12)]
+    assert wrench[0].sudden == 50.0
+    assert wrench[-1].force > 48.0
+
+
+@given(slope=st.floats(1.0, 100.0))
+def test_rise_is_the_slope(slope):
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(8):
+        wrench = wrench_filter.update(0.005 * k, [0, 0, -slope * 0.005 * k, 0, 0, 0])
+    assert wrench.rise == pytest.approx(slope)
+
+
+def test_samples_that_arrive_together_tell_no_slope():
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(8):
+        wrench = wrench_filter.update(1e-5 * k, [0, 0, 0.05 * (-1) ** k, 0, 0, 0])
+    assert wrench.rise == 0.0

@@ -1,0 +1,236 @@
+"""The force guard: which reading leads to which state and action."""
+
+import math
+
+import numpy as np
+import pytest
+from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.force_guard import Action, Cause, ForceGuard, Reading, State
+from bathbot_scrub.rm65.force_limits import shipped_force_limits
+from hypothesis import given
+from hypothesis import strategies as st
+
+LIMITS = shipped_force_limits()
+TRUNK, FACE = LIMITS.region("Trunk_skin"), LIMITS.region("Face_skin")
+forces = st.tuples(*[st.floats(-40.0, 40.0)] * 3).map(np.array)
+
+
+def reading(force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), sudden=None, rise=0.0, age=0.005, connected=True):
+    wrench = np.array([*force, *torque], dtype=float)
+    return Reading(wrench, float(np.linalg.norm(force)) if sudden is None else sudden, rise, age, connected)
+
+
+def guard_in(state, region=TRUNK):
+    guard = ForceGuard(LIMITS, 0.1)
+    if state is not State.FREE:
+        guard.begin_approach(region)
+        guard.moving = True
+    if state in (State.CONTACT, State.RETRACTING):
+        guard.begin_seeking()
+        assert guard.check(reading((0.0, 0.0, -1.1))) is Action.STOP
+        guard.moving = False
+        assert guard.check(reading((0.0, 0.0, -1.1))) is Action.GO_ON
+    if state is State.RETRACTING:
+        guard.begin_retract()
+        guard.moving = True
+    if state is State.HOLD:
+        guard.stop("stopped")
+    if state is State.FAULT:
+        guard.fault("test")
+    assert guard.state is state
+    return guard
+
+
+def test_contact_is_felt_only_on_the_straight_part():
+    guard = guard_in(State.APPROACH)
+    assert guard.check(reading((0.0, 0.0, -1.5))) is Action.GO_ON
+    assert guard.state is State.APPROACH
+    guard.begin_seeking()
+    assert guard.check(reading((0.0, 0.0, -0.9))) is Action.GO_ON
+    assert guard.check(reading((0.0, 0.0, -1.0))) is Action.STOP
+    assert guard.state is State.CONTACT
+    assert guard.touching
+
+
+@given(force=forces)
+def test_in_contact_the_arm_leaves_exactly_when_a_limit_is_passed(force):
+    guard = guard_in(State.CONTACT)
+    over = np.linalg.norm(force) > TRUNK.retract or (np.abs(force) > TRUNK.axis).any()
+    action = guard.check(reading(force))
+    assert (action is Action.RETRACT) == over
+    assert (guard.state is State.RETRACTING) == over
+    assert guard.state is State.RETRACTING or guard.reason == ""
+
+
+@pytest.mark.parametrize(
+    ("what", "told"),
+    [
+        pytest.param({"force": (0.0, 0.0, -10.5)}, "above 10 N", id="resultant"),
+        pytest.param({"force": (6.5, 0.0, 0.0)}, "along x above 6 N", id="x"),
+        pytest.param({"force": (0.0, -6.5, 0.0)}, "along y above 6 N", id="y"),
+        pytest.param({"torque": (0.0, 0.35, 0.0)}, "torque", id="torque"),
+        pytest.param({"sudden": 15.5}, "hard limit", id="hard"),
+        pytest.param({"rise": 26.0}, "rises", id="rise"),
+    ],
+)
+def test_every_limit_acts_and_says_so(what, told):
+    guard = guard_in(State.CONTACT)
+    assert guard.check(reading(**what)) is Action.RETRACT
+    assert told in guard.reason
+    assert guard.cause is Cause.FORCE
+
+
+def test_the_rise_that_ends_a_search_is_our_own():
+    guard = guard_in(State.APPROACH)
+    guard.begin_seeking()
+    guard.check(reading((0.0, 0.0, -1.2), rise=30.0))
+    assert guard.check(reading((0.0, 0.0, -1.5), rise=30.0)) is Action.GO_ON
+    guard.moving = False
+    guard.check(reading((0.0, 0.0, -1.5)))
+    assert guard.check(reading((0.0, 0.0, -1.5), rise=30.0)) is Action.RETRACT
+
+
+def test_the_region_decides():
+    assert guard_in(State.CONTACT, FACE).check(reading((0.0, 0.0, -4.5))) is Action.RETRACT
+    assert guard_in(State.CONTACT, TRUNK).check(reading((0.0, 0.0, -4.5))) is Action.GO_ON
+
+
+@pytest.mark.parametrize(("sudden", "after"), [(11.0, State.HOLD), (16.0, State.FAULT)])
+def test_after_a_forced_retract_it_holds_and_above_the_hard_limit_it_faults(sudden, after):
+    guard = guard_in(State.CONTACT)
+    guard.check(reading((0.0, 0.0, -11.0), sudden=sudden))
+    guard.arrived("retracted")
+    assert guard.state is after
+    assert "retracted: force" in guard.reason
+    assert not guard.touching
+
+
+def test_the_hard_limit_counts_while_leaving_too():
+    guard = guard_in(State.CONTACT)
+    guard.check(reading((0.0, 0.0, -11.0)))
+    assert guard.check(reading((0.0, 0.0, -20.0))) is Action.GO_ON
+    guard.arrived("retracted")
+    assert guard.state is State.FAULT
+
+
+def test_an_asked_retract_ends_free():
+    guard = guard_in(State.RETRACTING)
+    guard.arrived("retracted")
+    assert (guard.state, guard.reason, guard.touching) == (State.FREE, "retracted", False)
+
+
+@pytest.mark.parametrize("state", [State.APPROACH, State.CONTACT, State.RETRACTING])
+@pytest.mark.parametrize(
+    ("what", "told"),
+    [
+        pytest.param({"age": 0.11}, "0.11 s", id="stale"),
+        pytest.param({"age": math.inf}, "no state", id="never"),
+        pytest.param({"age": math.nan}, "no state", id="age is NaN"),
+        pytest.param({"connected": False}, "connection", id="TCP"),
+        pytest.param({"force": (math.nan, 0.0, 0.0)}, "not a number", id="NaN"),
+    ],
+)
+def test_doubtful_data_stops_whatever_moves_or_touches(state, what, told):
+    guard = guard_in(state)
+    assert guard.check(reading(**what)) is Action.STOP
+    assert guard.state is State.FAULT
+    assert told in guard.reason
+
+
+def test_an_idle_arm_waits_for_data_without_fault_but_begins_nothing():
+    guard = guard_in(State.FREE)
+    assert guard.check(reading(age=math.inf, connected=False)) is Action.GO_ON
+    assert guard.state is State.FREE
+    with pytest.raises(NotReadyError, match="check the controller"):
+        guard.trust(reading(age=1.0))
+
+
+def test_something_met_in_free_air_sends_it_back_and_a_push_at_rest_does_not():
+    guard = guard_in(State.APPROACH)
+    assert guard.check(reading((0.0, 2.9, 0.0))) is Action.GO_ON
+    assert guard.check(reading((0.0, 3.1, 0.0))) is Action.RETRACT
+    assert "in free air" in guard.reason
+    idle = guard_in(State.FREE)
+    assert idle.check(reading((0.0, 12.0, 0.0))) is Action.GO_ON
+    assert idle.state is State.FREE
+
+
+def test_nothing_felt_ends_in_hold_that_must_retract_first():
+    guard = guard_in(State.APPROACH)
+    guard.begin_seeking()
+    guard.arrived("")
+    assert guard.state is State.HOLD
+    assert guard.cause is Cause.NO_CONTACT
+    with pytest.raises(NotReadyError, match="arm/retract first"):
+        guard.begin_approach(TRUNK)
+
+
+@pytest.mark.parametrize("state", [State.APPROACH, State.CONTACT, State.RETRACTING, State.FAULT])
+def test_an_approach_begins_only_from_free_or_hold(state):
+    with pytest.raises(NotReadyError, match=state.name):
+        guard_in(state).begin_approach(TRUNK)
+
+
+def test_pause_and_resume_return_to_what_was_done():
+    guard = guard_in(State.CONTACT)
+    guard.pause()
+    assert (guard.state, guard.paused) == (State.HOLD, True)
+    assert guard.resume(reading())
+    assert guard.state is State.CONTACT
+    with pytest.raises(NotReadyError, match="nothing is paused"):
+        guard.resume(reading())
+
+
+def test_a_paused_arm_on_the_skin_still_leaves():
+    guard = guard_in(State.CONTACT)
+    guard.pause()
+    assert guard.check(reading((0.0, 0.0, -11.0))) is Action.RETRACT
+    assert not guard.paused
+
+
+def test_a_paused_search_goes_on_searching():
+    guard = guard_in(State.APPROACH)
+    guard.begin_seeking()
+    guard.pause()
+    guard.resume(reading())
+    assert guard.check(reading((0.0, 0.0, -1.2))) is Action.STOP
+    assert guard.state is State.CONTACT
+
+
+def test_a_fault_is_left_only_with_good_data_and_by_asking():
+    guard = guard_in(State.FAULT)
+    with pytest.raises(NotReadyError, match="cannot resume"):
+        guard.resume(reading(age=0.5))
+    assert guard.resume(reading()) is False
+    assert guard.state is State.HOLD
+
+
+def test_a_faulted_arm_on_the_skin_leaves_when_pressed_by_good_data():
+    guard = guard_in(State.CONTACT)
+    guard.fault("test")
+    assert guard.check(reading((0.0, 0.0, -11.0), age=1.0)) is Action.GO_ON
+    assert guard.check(reading((0.0, 0.0, -11.0))) is Action.RETRACT
+    guard.arrived("retracted")
+    assert guard.state is State.FAULT
+
+
+actions = st.sampled_from(["approach", "seek", "retract", "arrived", "stop", "pause", "resume", "fault"])
+
+
+@given(steps=st.lists(st.tuples(actions, forces, st.booleans()), max_size=25))
+def test_no_order_of_events_lets_the_arm_stay_under_force(steps):
+    guard = ForceGuard(LIMITS, 0.1)
+    for action, force, moving in steps:
+        guard.moving = moving
+        calls = {
+            "approach": lambda: guard.begin_approach(TRUNK), "seek": guard.begin_seeking, "retract": guard.begin_retract,
+            "arrived": lambda: guard.arrived("there"), "stop": lambda: guard.stop("stopped"), "pause": guard.pause,
+            "resume": lambda: guard.resume(reading()), "fault": lambda: guard.fault("test"),
+        }  # fmt: skip
+        try:
+            calls[action]()
+        except NotReadyError:
+            pass
+        told = guard.check(reading(force))
+        if guard.touching and np.linalg.norm(force) > guard.region.retract:
+            assert told is Action.RETRACT or guard.state is State.RETRACTING

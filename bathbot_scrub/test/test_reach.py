@@ -1,0 +1,59 @@
+"""Reach of the arm along a path."""
+
+import numpy as np
+from bathbot_depthcorr.rigid import transform_from
+from bathbot_scrub.reach import Reach
+from bathbot_scrub.rm65.kinematics import Kinematics
+from scipy.spatial.transform import Rotation
+
+ARM = Kinematics("6F")
+STANDING = np.radians([20.0, -45.0, -60.0, 15.0, -70.0, 10.0])
+
+
+def line(direction, length, start=STANDING, count=100):
+    poses = np.tile(ARM.head(start), (count, 1, 1))
+    poses[:, :3, 3] += np.outer(np.linspace(0.0, length, count), direction)
+    return poses
+
+
+def test_head_is_held_where_the_arm_stands():
+    assert Reach(ARM, STANDING).holds(ARM.head(STANDING)[None]).all()
+
+
+def test_near_poses_are_followed_to_the_end():
+    followed, why = Reach(ARM, STANDING).follow(line((0, 0, 1.0), 0.05))
+    assert (followed, why) == (100, "")
+
+
+def test_path_out_of_reach_ends_at_the_sphere_of_the_arm():
+    """The wrist centre cannot leave the sphere of 0.466 m about the shoulder."""
+    poses = line((1.0, 0, 0), 0.6)
+    followed, why = Reach(ARM, STANDING).follow(poses)
+    wrist = poses[:, :3, 3] - (0.10 + 0.1725) * poses[:, :3, 2]
+    inside = np.linalg.norm(wrist - [0, 0, 0.2405], axis=1) < 0.466
+    assert 0 < followed <= int(np.argmin(inside)) + 1
+    assert why
+    held = Reach(ARM, STANDING).holds(poses)
+    assert not held[~inside].any()
+
+
+def test_a_full_turn_of_the_head_is_limited_by_joint_6():
+    reach = Reach(ARM, STANDING)
+    poses = np.tile(ARM.head(STANDING), (400, 1, 1))
+    for sign, limit in ((1.0, 350.0), (-1.0, 370.0)):
+        angles = sign * np.linspace(0.0, 400.0, 400)[:, None]
+        turns = Rotation.from_euler("z", angles, degrees=True).as_matrix()
+        spun = poses @ np.array([transform_from(turn) for turn in turns])
+        spun[:, 0, 3] += np.linspace(0.0, 0.02, 400)
+        followed, why = reach.follow(spun)
+        assert abs(followed - limit) < 12
+        assert "limits" in why
+
+
+def test_easy_reach_leaves_out_the_straight_wrist():
+    straight = STANDING.copy()
+    straight[4] = np.radians(2.0)
+    reach = Reach(ARM, straight)
+    pose = ARM.head(straight)[None]
+    assert reach.holds(pose).all()
+    assert not reach.holds(pose, easily=True).any()

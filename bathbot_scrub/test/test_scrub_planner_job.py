@@ -1,0 +1,144 @@
+"""The job's thread: bounded queue, and every way to end."""
+
+import time
+
+import numpy as np
+import pytest
+from bathbot_scrub.errors import SurfaceError
+from bathbot_scrub.path_planner import PathPlanner, Task
+from bathbot_scrub.scrub_job import ArmMode, ArmReport, Code, ScrubJob
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.surface_map import Sighting
+from synthetic_skin import cylinder, plane, target
+
+SETTINGS = ScrubPlannerSettings()
+
+
+class Rig:
+    """A job with an arm that follows one segment each time `follow` is called."""
+
+    def __init__(self, settings=SETTINGS, plan=None):
+        self.segments, self.outcome, self.under_head, self.now = [], None, 0, 0.0
+        plan = plan or (lambda: PathPlanner(Task(cylinder(), 0.0, target()), settings))
+        self.job = ScrubJob(
+            7, plan, lambda segment, _: self.segments.append(segment),
+            lambda outcome: setattr(self, "outcome", outcome), lambda: self.now, settings,
+        )  # fmt: skip
+        self.say()
+        self.job.start()
+
+    def say(self, mode=ArmMode.CONTACT, path_id=7, done=False, reason=""):
+        waiting = len(self.segments) - self.under_head
+        along = 0.06 * self.under_head
+        self.job.see_arm(ArmReport(mode, reason, path_id, self.under_head, waiting, along, done))
+
+    def wait(self, condition, timeout=5.0):
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end
+            self.say()
+            time.sleep(0.002)
+
+    def end(self):
+        self.job.join()
+        return self.outcome
+
+
+def test_planner_keeps_three_segments_ahead_and_ends_with_the_path():
+    rig = Rig()
+    while not (rig.segments and rig.segments[-1].last):
+        rig.wait(lambda: len(rig.segments) >= rig.under_head + 3 or (rig.segments and rig.segments[-1].last))
+        time.sleep(0.02)
+        assert len(rig.segments) <= rig.under_head + 3
+        rig.under_head += 1
+        rig.say()
+    rig.say(done=True)
+    outcome = rig.end()
+    assert (outcome.code, outcome.message, outcome.segments) == (Code.NONE, "", len(rig.segments))
+    assert outcome.length > 0.3
+    assert [segment.index for segment in rig.segments] == list(range(len(rig.segments)))
+
+
+def test_older_reports_of_another_path_do_not_count():
+    rig = Rig()
+    end = time.monotonic() + 5.0
+    while time.monotonic() < end and not (len(rig.segments) == 3 and time.monotonic() > end - 4.8):
+        rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 6, 40, 0, 2.4, True))
+        time.sleep(0.01)
+    assert len(rig.segments) == 3
+    rig.job.cancel()
+    assert rig.end().code == Code.CANCELED
+
+
+def test_newest_surface_is_planned_on():
+    rig = Rig()
+    rig.wait(lambda: len(rig.segments) == 3)
+    moved = cylinder()
+    moved[..., 0] -= 0.004
+    rig.job.see_surface(Sighting(1.0, lambda: moved))
+    rig.under_head = 2
+    rig.wait(lambda: len(rig.segments) == 5)
+    assert rig.segments[2].stamp == 0.0
+    assert rig.segments[4].stamp == 1.0
+    radius = np.hypot(rig.segments[4].poses[-1, 0, 3] - 0.85 + 0.004, rig.segments[4].poses[-1, 1, 3])
+    assert 0.15 - radius == pytest.approx(SETTINGS.compression, abs=3e-4)
+    rig.job.cancel()
+    rig.end()
+
+
+@pytest.mark.parametrize(
+    ("mode", "code", "words"),
+    [(ArmMode.RETRACTING, Code.FORCE_LIMIT, "12 N"), (ArmMode.HOLD, Code.ARM_STOPPED, "HOLD"),
+     (ArmMode.FAULT, Code.ARM_STOPPED, "FAULT"), (ArmMode.FREE, Code.ARM_STOPPED, "FREE")],
+)  # fmt: skip
+def test_arm_that_stops_ends_the_job(mode, code, words):
+    rig = Rig()
+    rig.wait(lambda: len(rig.segments) == 3)
+    rig.say(mode, reason="felt 12 N")
+    rig.say(ArmMode.CONTACT)
+    rig.job.join(0.2)
+    if mode != ArmMode.RETRACTING:
+        rig.say(mode, reason="felt 12 N")
+    outcome = rig.end()
+    assert outcome.code == code
+    assert words in outcome.message
+    assert len(rig.segments) == 3
+
+
+def test_silent_arm_ends_the_job():
+    outcome = Rig(ScrubPlannerSettings(arm_state_max_age=0.1)).end()
+    assert outcome.code == Code.ARM_STOPPED
+    assert "silent" in outcome.message
+
+
+def test_arm_that_does_not_take_up_the_path_ends_the_job():
+    rig = Rig(ScrubPlannerSettings(stall_timeout=0.2))
+    while rig.outcome is None:
+        rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 3, 0, 0, 0.0, False))
+        time.sleep(0.01)
+    assert rig.end().code == Code.ARM_STOPPED
+    assert "did not move on along path 7" in rig.outcome.message
+
+
+def test_large_shift_loses_the_target():
+    rig = Rig()
+    rig.wait(lambda: len(rig.segments) == 3)
+    rig.job.see_surface(Sighting(1.0, lambda: plane(out=0.03)))
+    rig.wait(lambda: rig.outcome is not None)
+    assert rig.end().code == Code.TARGET_LOST
+
+
+def test_unseen_skin_loses_the_target():
+    rig = Rig()
+    rig.now = 10.0
+    rig.wait(lambda: rig.outcome is not None)
+    assert rig.end().code == Code.TARGET_LOST
+    assert "no skin around the arm was seen for 10.0 s" in rig.outcome.message
+
+
+def test_path_that_cannot_be_planned_ends_the_job():
+    def plan():
+        raise SurfaceError("no skin")
+
+    outcome = Rig(plan=plan).end()
+    assert outcome == (Code.NO_SURFACE, "no skin", 0, 0.0)

@@ -1,0 +1,72 @@
+"""Messages to arrays and back."""
+
+import numpy as np
+import pytest
+from bathbot_scrub.errors import NotReadyError, OutOfReachError, SurfaceError, TargetLostError
+from bathbot_scrub.messages import (
+    joints_from_state,
+    message_from_segment,
+    path_from_poses,
+    report_from_arm,
+    result_from_outcome,
+    segment_from_message,
+)
+from bathbot_scrub.scrub_job import ArmMode, Code, Outcome, code_of
+from bathbot_scrub.segments import Segment
+from numpy.testing import assert_allclose
+from sensor_msgs.msg import JointState
+from synthetic_skin import somewhere
+
+from bathbot_msgs.action import Scrub
+from bathbot_msgs.msg import ArmState
+
+POSES = np.array([somewhere(index) for index in range(4)])
+
+
+def test_segment_round_trip():
+    segment = Segment(3, True, POSES, 12.345678912)
+    message = message_from_segment(segment, 77, "Trunk_skin", 0.002, 0.04)
+    assert (message.path_id, message.region, message.header.frame_id) == (77, "Trunk_skin", "base_link")
+    assert (message.spacing, message.speed) == (0.002, 0.04)
+    back = segment_from_message(message)
+    assert (back.index, back.last) == (3, True)
+    assert back.stamp == pytest.approx(segment.stamp, abs=1e-8)
+    assert_allclose(back.poses, POSES, atol=1e-12)
+
+
+def test_path_holds_all_poses_in_the_base_frame():
+    path = path_from_poses(POSES, 1.5)
+    assert {pose.header.frame_id for pose in path.poses} == {"base_link"}
+    assert_allclose([pose.pose.position.x for pose in path.poses], POSES[:, 0, 3])
+
+
+def test_codes_and_states_are_those_of_the_interfaces():
+    for code in Code:
+        assert getattr(Scrub.Result, code.name) == code
+    for mode in ArmMode:
+        assert getattr(ArmState, mode.name) == mode
+
+
+def test_report_and_result():
+    state = ArmState(state=2, path_id=5, segment_index=2, segments_queued=3)
+    state.distance_along, state.path_done = 0.1, True
+    assert report_from_arm(state) == (ArmMode.CONTACT, "", 5, 2, 3, 0.1, True)
+    result = result_from_outcome(Outcome(Code.TARGET_LOST, "gone", 4, 0.2))
+    assert (result.error_code, result.error_msg, result.segments, result.length) == (5, "gone", 4, 0.2)
+
+
+def test_joints_are_read_by_name():
+    names = [f"joint{number}" for number in (6, 5, 4, 3, 2, 1)]
+    state = JointState(name=names, position=[6.0, 5.0, 4.0, 3.0, 2.0, 1.0])
+    assert_allclose(joints_from_state(state), [1, 2, 3, 4, 5, 6])
+    with pytest.raises(NotReadyError, match="joint_states names wheel"):
+        joints_from_state(JointState(name=["wheel"], position=[0.0]))
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(SurfaceError(""), Code.NO_SURFACE), (OutOfReachError(0.1, 0.4, ""), Code.UNREACHABLE),
+     (TargetLostError(""), Code.TARGET_LOST), (NotReadyError(""), Code.NOT_READY)],
+)  # fmt: skip
+def test_every_error_has_its_code(error, code):
+    assert code_of(error) == code
