@@ -7,6 +7,7 @@ line on stderr and exit code 2; Ctrl-C ends in 130, after whatever runs has been
 import signal
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from types import FrameType
 from typing import Any
 
@@ -14,6 +15,7 @@ import typer
 from bathbot_depthcorr.errors import BathbotError
 
 from bathbot_bringup import (
+    bathe_command,
     calibrate_command,
     demo_command,
     detect_command,
@@ -38,6 +40,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 app.command("demo")(demo_command.demo)
+app.command("bathe")(bathe_command.bathe)
 app.command("detect")(detect_command.detect)
 app.command("replay")(replay_command.replay)
 app.command("record")(record_command.record)
@@ -76,7 +79,7 @@ def _complain(message: str) -> int:
 def _about_option(error: Any, arguments: Sequence[str]) -> str:
     """Say what typer found wrong, the value it saw, and where help is."""
     names = getattr(getattr(error, "param", None), "opts", ())
-    given = [value for name, value in zip(arguments, arguments[1:], strict=False) if name in names]
+    given = [value for name, value in pairwise(arguments) if name in names]
     seen = f", got {given[-1]!r}" if given else ""
     command = getattr(getattr(error, "ctx", None), "command_path", "bathbot")
     said = error.format_message().rstrip(".") or "no command was given"

@@ -132,7 +132,7 @@ def coverage(
 
 
 def _faces_towards(vertices: Array, faces: NDArray[np.int32], frame: PatchFrame) -> NDArray[np.bool_]:
-    """Tell which triangles look against the approach direction, so that the other side of a limb stays out."""
+    """Tell which triangles look against the approach direction: the far side of a limb stays out."""
     corners = vertices[faces]
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return outward @ frame.axes[2] < 0.0

@@ -2,23 +2,22 @@
 
 import os
 import time
-from contextlib import suppress
 from pathlib import Path
 
-from bathbot_bringup import bathing
+from bathbot_bringup.bathing import Sighting
+from bathbot_bringup.bathing_job import BathingJob
 from bathbot_bringup.bathing_node import Bather
 from bathbot_bringup.demo_graph import demo_nodes, free_ports
 from bathbot_bringup.demo_settings import DemoSettings
 from bathbot_bringup.domain import free_domain, used_ports
-from bathbot_bringup.errors import BringupError, ProcessError, StepError
+from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph_client_node import GraphClient
 from bathbot_bringup.node_table import node_command
 from bathbot_bringup.processes import ProcessGroup, isolated_environment
 from bathbot_bringup.report import Outcome, report_run
 from bathbot_bringup.stages import StageLog
 
-START_TIMEOUT = 60.0  # [s] for all nodes to be active, on a busy machine
-SCRUB_SPEED = 0.04  # [m/s] of the planner's default, to turn a time into a length
+START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
 BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
 
@@ -71,24 +70,28 @@ class DemoJob:
     Attributes:
         epoch: ROS time at which the body's motion began [s].
         starting: True until every node was active.
-        sighting: The contact target that was approached, once there is one.
         failure: Why the job was not done; empty when it was.
     """
 
     def __init__(self, settings: DemoSettings, log: StageLog) -> None:
         """Begin the time of the body."""
         self._settings, self._log = settings, log
+        self._job: BathingJob | None = None
         self.epoch = time.time()
         self.starting = True
-        self.sighting: bathing.Sighting | None = None
         self.failure = ""
+
+    @property
+    def sighting(self) -> Sighting | None:
+        """The contact target that was approached, once there is one."""
+        return self._job.sighting if self._job is not None else None
 
     def run(self) -> None:
         """Start the graph, bathe, and end every process, whatever happens."""
-        domain = free_domain(os.getpid(), used_ports())
-        logs = self._settings.out.absolute() / "logs"
+        settings, domain = self._settings, free_domain(os.getpid(), used_ports())
+        logs = settings.out.absolute() / "logs"
         with ProcessGroup(logs, isolated_environment(domain, logs)) as group:
-            nodes = demo_nodes(self._settings, self.epoch, free_ports(), self._settings.out.absolute() / BAG)
+            nodes = demo_nodes(settings, self.epoch, free_ports(), settings.out.absolute() / BAG)
             for entry, parameters in nodes:
                 group.start(entry.name, node_command(entry, parameters), entry.niceness)
             with GraphClient("bathbot_demo", domain) as client:
@@ -96,32 +99,5 @@ class DemoJob:
                     group.wait_until(client.is_active, START_TIMEOUT)
                 self.starting = False
                 client.watch = group.check
-                self._bathe(Bather(client, self._settings.region))
-
-    def _bathe(self, bather: Bather) -> None:
-        """Do the steps; whatever goes wrong, the arm is told to stop before anything else ends."""
-        try:
-            self._approach_and_scrub(bather)
-            with self._log.stage("retract", bathing.RETRACT.about):
-                bather.retract()
-            with self._log.stage("home", bathing.HOME.about):
-                bather.home()
-        except BaseException:
-            with suppress(BringupError):  # a dead driver cannot answer; its controller has stopped by itself
-                bather.stop_arm()
-            raise
-
-    def _approach_and_scrub(self, bather: Bather) -> None:
-        log, stage = self._log, self._log.stage
-        with stage("connect", bathing.CONNECT.about):
-            bather.connect()
-            bather.home()
-        with stage("look", bathing.LOOK.about):
-            bather.select()
-            self.sighting = bather.look()
-        with stage("approach", bathing.APPROACH.about):
-            contact = bather.approach(self.sighting, log.progress)
-        log.say(f"{'':19}skin felt with {contact.force:.1f} N")
-        with stage("scrub", bathing.SCRUB.about):
-            scrubbed = bather.scrub(self._settings.duration * SCRUB_SPEED, log.progress)
-        log.say(f"{'':19}{scrubbed.segments} segments, {scrubbed.length:.2f} m of path")
+                self._job = BathingJob(Bather(client, settings.region), self._log, settings.duration)
+                self._job.run()

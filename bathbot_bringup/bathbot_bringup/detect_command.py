@@ -35,9 +35,8 @@ def detect(
             typer.echo(f"{where}: {found.note}")
         for region in found.regions:
             left, top, right, bottom = region.box
-            typer.echo(
-                f"{where}: {region.name} {region.score:.2f} at {left:.0f},{top:.0f} - {right:.0f},{bottom:.0f}"
-            )
+            corners = f"{left:.0f},{top:.0f} - {right:.0f},{bottom:.0f}"
+            typer.echo(f"{where}: {region.name} {region.score:.2f} at {corners}")
         if not found.regions:
             typer.echo(f"{where}: no bare skin found")
     typer.echo(f"drawn copies and regions.csv are in {out}")

@@ -82,6 +82,7 @@ def _line(summary: dict[str, Any]) -> str:
     if not summary["done"]:
         return f"seed {summary['seed']}: NOT DONE: {summary['failure']}"
     return (
-        f"seed {summary['seed']}: done in {summary['duration_s']:.0f} s, located to {summary['localization_error_mm']:.2f} mm, "
+        f"seed {summary['seed']}: done in {summary['duration_s']:.0f} s, "
+        f"located to {summary['localization_error_mm']:.2f} mm, "
         f"{100 * summary['contact_fraction']:.0f} % in contact, at most {summary['force_peak_n']:.1f} N"
     )

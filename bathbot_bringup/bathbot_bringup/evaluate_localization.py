@@ -21,8 +21,7 @@ from bathbot_bringup.graph_client_node import GraphClient
 from bathbot_bringup.node_table import node_command
 from bathbot_bringup.processes import ProcessGroup, isolated_environment
 from bathbot_bringup.result_file import write_json
-from bathbot_bringup.run_data import TargetSeen
-from bathbot_bringup.truth import Truth
+from bathbot_bringup.truth import Truth, seen_target
 
 _START, _LOOK = 60.0, 60.0  # [s]
 
@@ -53,10 +52,7 @@ def locate(settings: DemoSettings, count: int, folder: Path) -> np.ndarray:
             bather.select()
             sightings = bather.gather(count, _LOOK)
     truth = Truth(settings, epoch)
-    return np.array([
-        truth.target_error(TargetSeen(s.time, s.target.region, np.asarray(s.target.pixel), s.target.T_base_target[:3, 3]))
-        for s in sightings
-    ])  # fmt: skip
+    return np.array([truth.target_error(seen_target(sighting)) for sighting in sightings])
 
 
 def evaluate_localization(
@@ -80,7 +76,8 @@ def evaluate_localization(
             distance = 1000.0 * np.linalg.norm(errors, axis=1)
             rows.append({
                 "seed": seed, "count": len(distance), "mean_mm": distance.mean(), "std_mm": distance.std(),
-                "max_mm": distance.max(), "bias_mm": list(1000.0 * errors.mean(axis=0)), "errors_mm": list(distance),
+                "max_mm": distance.max(), "bias_mm": list(1000.0 * errors.mean(axis=0)),
+                "errors_mm": list(distance),
             })  # fmt: skip
             console.print(
                 f"seed {seed}: mean {distance.mean():.2f} mm, max {distance.max():.2f} mm", markup=False
@@ -96,7 +93,7 @@ def evaluate_localization(
 
 def _print_rows(console: Console, rows: Sequence[dict[str, Any]]) -> None:
     table = Table(
-        "seed", "targets", "mean", "std", "max", "bias x, y, z", title="localisation error [mm] (simulated)"
+        "seed", "targets", "mean", "std", "max", "bias x, y, z", title="localisation error in mm (simulated)"
     )
     for row in rows:
         if "mean_mm" in row:

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from bathbot_bringup.errors import BringupError
 
 Array = NDArray[np.float64]
-DISTANCE = (0.40, 0.60)      # [m] of the flange from the camera
-SPREAD = 0.08                # [m] of the flange beside the axis, standard deviation
-TILT = (0.35, 0.75)          # [rad] of the flange against the line of sight
-ROLL = 1.2                   # [rad] about it, largest
+DISTANCE = (0.40, 0.60)  # [m] of the flange from the camera
+SPREAD = 0.08  # [m] of the flange beside the axis, standard deviation
+TILT = (0.35, 0.75)  # [rad] of the flange against the line of sight
+ROLL = 1.2  # [rad] about it, largest
 _MOST_TRIALS = 20000
 
 
@@ -44,8 +44,8 @@ def marker_poses(T_base_camera: ArrayLike, home: ArrayLike, count: int, seed: in
             joints = nearest(solutions, joints)
             found.append(joints)
     raise BringupError(
-        f"only {len(found)} of {count} arm poses show the marker to a camera at {T_base_camera[:3, 3].round(2)} m; "
-        "is it in front of the arm?"
+        f"only {len(found)} of {count} arm poses show the marker to a camera at "
+        f"{T_base_camera[:3, 3].round(2)} m; is it in front of the arm?"
     )
 
 

@@ -31,7 +31,9 @@ def node(
 
 def sim_arm(
     host: str = typer.Option("127.0.0.1", help="Address to listen on; the default hears only this machine."),
-    port: int = typer.Option(8080, min=0, max=65535, help="TCP port of the JSON protocol; 0 takes a free one."),
+    port: int = typer.Option(
+        8080, min=0, max=65535, help="TCP port of the JSON protocol; 0 takes a free one."
+    ),
     udp_port: int = typer.Option(8089, min=1, max=65535, help="UDP port of the state that is pushed."),
     seed: int = typer.Option(0, help="Of the person the brush may touch."),
     scenario: str = typer.Option("calm", help="How the person moves."),

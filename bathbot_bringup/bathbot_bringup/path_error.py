@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+_AGAIN = 0.5  # [s] within which the closest of several passings counts
 _REACH = 0.02  # [m] the actual path passes a planned pose within this distance, or does not pass it
 
 
@@ -39,7 +40,9 @@ def path_error(planned: ArrayLike, times: ArrayLike, actual: ArrayLike) -> PathE
     """Compare a planned with an actual path.
 
     Args:
-        planned: Poses of the head in the base frame, in order, shape (M, 4, 4); y lies along the path.
+        planned: Poses of the head in the base frame, in order, shape (M, 4, 4). Only their positions and
+            approach directions count: their y may lag behind the travel by the turn threshold, and more
+            where a path begins.
         times: Time of each actual position [s], increasing, shape (N,).
         actual: Actual positions of the head in the base frame [m], shape (N, 3).
     """
@@ -48,32 +51,58 @@ def path_error(planned: ArrayLike, times: ArrayLike, actual: ArrayLike) -> PathE
     count = len(planned)
     across, depth, when = (np.full(count, np.nan) for _ in range(3))
     start = 0
-    for index, pose in enumerate(planned):
-        seen = (actual[start:] - pose[:3, 3]) @ pose[:3, :3]  # in the head's axes: across, along, deep
-        crossing = _first_crossing(seen)
-        if crossing is None:
-            continue
-        step, share = crossing
-        at = seen[step] + share * (seen[step + 1] - seen[step])
-        across[index], depth[index] = at[0], at[2]
-        when[index] = times[start + step] + share * (times[start + step + 1] - times[start + step])
-        start += step
+    for index, (position, axes) in enumerate(zip(planned[:, :3, 3], travel_axes(planned), strict=True)):
+        seen = (actual[start:] - position) @ axes
+        passing = _passing(seen, times[start:])
+        if passing is not None:
+            across[index], depth[index], when[index] = passing.across, passing.depth, passing.time
+            start += passing.step
     steps = np.linalg.norm(np.diff(planned[:, :3, 3], axis=0), axis=1) if count else np.zeros(0)
     return PathError(across, depth, when, np.concatenate([[0.0], np.cumsum(steps)])[:count])
 
 
-def _first_crossing(seen: Array) -> tuple[int, float] | None:
-    """Find where a path first passes from behind a pose to before it, close by.
+def travel_axes(planned: ArrayLike) -> Array:
+    """Axes of travel at each pose of a path, shape (M, 4, 4) -> (M, 3, 3): columns across, along, deep."""
+    planned = np.asarray(planned, dtype=float)
+    if len(planned) < 2:
+        return planned[:, :3, :3]
+    along = np.gradient(planned[:, :3, 3], axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    deep = planned[:, :3, 2]
+    across = np.cross(along, deep)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    return np.stack([across, along, np.cross(across, along)], axis=-1)
+
+
+class _Passing(NamedTuple):
+    """Where and when a path passes a pose; `step` is the index of the sample before."""
+
+    step: int
+    across: float
+    depth: float
+    time: float
+
+
+def _passing(seen: Array, times: Array) -> _Passing | None:
+    """Find where a path passes from behind a pose to before it, close by; None when it does not.
+
+    Of several passings shortly after one another the closest counts: the way to the first pose may
+    cut the plane of that pose as well.
 
     Args:
         seen: Positions in the axes of the pose [m], shape (N, 3), y along the path.
-
-    Returns:
-        Index of the step and the share of it up to the crossing; None when there is no crossing.
+        times: Of the same [s], shape (N,).
     """
     along = seen[:, 1]
-    passing = (along[:-1] <= 0.0) & (along[1:] > 0.0) & (np.abs(seen[:-1]).max(axis=1) < _REACH)
-    if not passing.any():
+    steps = np.flatnonzero(
+        (along[:-1] <= 0.0) & (along[1:] > 0.0) & (np.abs(seen[:-1]).max(axis=1, initial=0.0) < _REACH)
+    )
+    if not len(steps):
         return None
-    step = int(np.argmax(passing))
-    return step, float(-along[step] / (along[step + 1] - along[step]))
+    steps = steps[times[steps] <= times[steps[0]] + _AGAIN]
+    share = -along[steps] / (along[steps + 1] - along[steps])
+    at = seen[steps] + share[:, None] * (seen[steps + 1] - seen[steps])
+    best = int(np.argmin(np.hypot(at[:, 0], at[:, 2])))
+    step = int(steps[best])
+    time = times[step] + share[best] * (times[step + 1] - times[step])
+    return _Passing(step, float(at[best, 0]), float(at[best, 2]), float(time))

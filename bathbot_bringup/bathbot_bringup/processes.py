@@ -48,7 +48,7 @@ def node_environment(logs: Path) -> dict[str, str]:
 
 
 def isolated_environment(domain: int, logs: Path) -> dict[str, str]:
-    """Build the environment of a graph that shall hear nobody else: a domain of its own, this machine only."""
+    """Build the environment of a graph that shall hear nobody else: its own domain, this machine only."""
     isolation = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return {**node_environment(logs), **isolation}
 
@@ -106,7 +106,9 @@ class ProcessGroup:
         child = Child(name, process, log)
         self.children.append(child)
         if niceness:
-            os.setpriority(os.PRIO_PROCESS, process.pid, min(os.getpriority(os.PRIO_PROCESS, 0) + niceness, 19))
+            os.setpriority(
+                os.PRIO_PROCESS, process.pid, min(os.getpriority(os.PRIO_PROCESS, 0) + niceness, 19)
+            )
         return child
 
     def check(self) -> None:

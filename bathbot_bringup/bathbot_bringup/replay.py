@@ -72,9 +72,11 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
     again = has_pictures([topic.name for topic in topics])
     if not again:
         console.print(
-            f"{settings.bag} holds no pictures (the default privacy profile records none), so nothing can be detected "
-            "again; what it holds is published and counted", markup=False, soft_wrap=True,
-        )  # fmt: skip
+            f"{settings.bag} holds no pictures (the default privacy profile records none), so nothing can be "
+            "detected again; what it holds is published and counted",
+            markup=False,
+            soft_wrap=True,
+        )
     nodes = [*(PIPELINE if again else ()), *(("recorder",) if settings.out else ())]
     from bathbot_bringup.replay_watch_node import watch_replay  # ROS only once the bag is known to be good
 

@@ -12,8 +12,9 @@ from bathbot_bringup.errors import BagError
 
 PICTURES = ("color/image_raw", "depth/image_rect_raw")
 _MADE_BY_PIPELINE = (
-    "depth/corrected/image", "depth/corrected/image_mm", "depth/corrected/camera_info", "depth/corrected/depth_to_color",
-    "skin_regions", "skin_regions/label_info", "contact_targets", "surface", "scrub_segments", "planned_path",
+    "depth/corrected/image", "depth/corrected/image_mm", "depth/corrected/camera_info",
+    "depth/corrected/depth_to_color", "skin_regions", "skin_regions/label_info", "contact_targets", "surface",
+    "scrub_segments", "planned_path",
 )  # fmt: skip
 _NEVER = ("/clock", "/rosout", "/parameter_events", "/diagnostics")
 

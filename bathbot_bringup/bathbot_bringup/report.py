@@ -9,9 +9,9 @@ from bathbot_bringup.bathing import Sighting
 from bathbot_bringup.demo_settings import DemoSettings
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.result_file import plain, write_json
-from bathbot_bringup.run_data import Run, TargetSeen, read_run
+from bathbot_bringup.run_data import Run, read_run
 from bathbot_bringup.run_measures import RunMeasures, measure_run
-from bathbot_bringup.truth import Truth
+from bathbot_bringup.truth import Truth, seen_target
 from bathbot_bringup.version import version
 
 
@@ -76,9 +76,10 @@ def head_of_summary(settings: DemoSettings, outcome: Outcome) -> dict[str, Any]:
 
 _NUMBERS = (
     "localization_error_mm", "localization_error_axes_mm", "localization_mean_mm", "localization_max_mm",
-    "localization_count", "path_y_error_max_mm", "path_y_error_mean_mm", "path_depth_error_max_mm", "path_length_m",
-    "contact_fraction", "coverage", "patch_area_cm2", "comfort_fraction", "force_mean_n", "force_peak_n",
-    "force_threshold_n", "compression_min_mm", "compression_max_mm", "command_period_p99_dev_ms",
+    "localization_count", "path_y_error_max_mm", "path_y_error_mean_mm", "path_depth_error_max_mm",
+    "path_length_m", "contact_fraction", "coverage", "patch_area_cm2", "comfort_fraction", "force_mean_n",
+    "force_peak_n", "force_threshold_n", "compression_min_mm", "compression_max_mm",
+    "command_period_p99_dev_ms",
 )  # fmt: skip
 
 
@@ -115,9 +116,7 @@ def _error_of_used(sighting: Sighting | None, truth: Truth) -> np.ndarray:
     """Found minus true position of the target that was approached [m]; NaN when there was none."""
     if sighting is None:
         return np.full(3, np.nan)
-    target = sighting.target
-    seen = TargetSeen(sighting.time, target.region, np.asarray(target.pixel), target.T_base_target[:3, 3])
-    return truth.target_error(seen)
+    return truth.target_error(seen_target(sighting))
 
 
 def _of(reduce: Any, values: np.ndarray) -> float:

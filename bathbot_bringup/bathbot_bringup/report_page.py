@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +21,19 @@ td + td { text-align: right; font-variant-numeric: tabular-nums; } img { max-wid
 .done { color: #0a7d4f; } .failed { color: #b3261e; }
 """
 _NOTICE = (
-    "SIMULATED. Person, camera, arm and forces come from models: bristles of 0.4 N/mm that give 10 mm, then stiff skin. "
-    "Nothing here says that a real arm would be safe or pleasant for a real person."
+    "SIMULATED. Person, camera, arm and forces come from models: bristles of 0.4 N/mm that give 10 mm, then "
+    "stiff skin. Nothing here says that a real arm would be safe or pleasant for a real person."
 )
 
 
 def _image(figure: object, about: str) -> str:
     data = base64.b64encode(report_figures.png(figure)).decode("ascii")
     return f'<p><img alt="{html.escape(about)}" src="data:image/png;base64,{data}"></p>'
+
+
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    cells = (f"<tr><td>{html.escape(about)}</td><td>{html.escape(value)}</td></tr>" for about, value in rows)
+    return f"<table>{''.join(cells)}</table>"
 
 
 def _figures(run: Run, measures: RunMeasures, summary: Mapping[str, Any], epoch: float) -> list[str]:
@@ -61,19 +66,16 @@ def write_page(path: Path, summary: Mapping[str, Any], run: Run, measures: RunMe
     done = summary["done"]
     state = '<span class="done">done</span>' if done else '<span class="failed">not done</span>'
     title = f"Bathing report: {summary['region']}, person {summary['seed']}"
-    rows = "".join(
-        f"<tr><td>{html.escape(about)}</td><td>{value}</td></tr>" for about, value in table_rows(summary)
-    )
-    stages = "".join(f"<tr><td>{html.escape(name)}</td><td>{seconds:.1f} s</td></tr>"
-                     for name, seconds in summary["stages_s"].items())  # fmt: skip
+    stages = [(name, f"{seconds:.1f} s") for name, seconds in summary["stages_s"].items()]
     failure = f'<p class="failed">{html.escape(summary["failure"])}</p>' if summary["failure"] else ""
     parts = [
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title><style>{_STYLE}</style>",
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>",
+        f"<style>{_STYLE}</style>",
         f"<h1>{html.escape(title)}: {state}</h1><p class=simulated>{_NOTICE}</p>{failure}",
-        f"<p>Scenario {html.escape(str(summary['scenario']))}, camera errors {html.escape(summary['preset'])}, "
+        f"<p>Scenario {html.escape(str(summary['scenario']))}, camera errors {summary['preset']}, "
         f"bathbot {html.escape(summary['version'])}.</p>",
-        f"<h2>Numbers</h2><table>{rows}</table><h2>Pictures</h2>",
+        f"<h2>Numbers</h2>{_table(table_rows(summary))}<h2>Pictures</h2>",
         *_figures(run, measures, summary, epoch),
-        f"<h2>Stages</h2><table>{stages}</table></html>\n",
+        f"<h2>Stages</h2>{_table(stages)}</html>\n",
     ]
     write_atomically(path, "\n".join(parts))

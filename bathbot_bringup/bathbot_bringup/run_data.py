@@ -128,9 +128,12 @@ def read_run(bag: Path) -> Run:
         BagError: When the bag cannot be read.
     """
     readers = {
-        "arm_state": _arm_states, "sim_contact": _contacts, "scrub_segments": _paths, "contact_targets": _targets,
+        "arm_state": _arm_states,
+        "sim_contact": _contacts,
+        "scrub_segments": _paths,
+        "contact_targets": _targets,
         "planned_path": lambda found: max((len(entry.message.poses) for entry in found), default=0),
-    }  # fmt: skip
+    }
     entries: dict[str, list[Entry]] = {name: [] for name in readers}
     for entry in read_messages(bag, tuple(readers)):
         entries[entry.topic.rpartition("/")[2]].append(entry)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bathbot_bringup.contact_measures import ContactMeasures, contact_measures, in_contact
 from bathbot_bringup.coverage import Coverage, coverage
 from bathbot_bringup.path_error import PathError, path_error
-from bathbot_bringup.run_data import CONTACT, PlannedPath, Run
+from bathbot_bringup.run_data import APPROACH, CONTACT, RETRACTING, PlannedPath, Run
 from bathbot_bringup.truth import Truth
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
     during = _during(run, path)
     error = path_error(poses, contacts.time[during], contacts.T_base_head[during, :3, 3])
     targets = [target for target in run.targets if target.region == region]
-    busy = arm.state == CONTACT if np.any(arm.state == CONTACT) else np.ones(len(arm.state), dtype=bool)
+    busy = np.isin(arm.state, (APPROACH, CONTACT, RETRACTING))
     return RunMeasures(
         path,
         error,
@@ -60,7 +60,7 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
         _covered(run, truth, region, poses, error),
         np.array([truth.target_error(target) for target in targets]).reshape(-1, 3),
         np.array([target.time for target in targets]),
-        _least(arm.force_threshold[busy]),
+        _least(arm.force_threshold[arm.state == CONTACT]),
         float(np.max(arm.period_deviation_p99[busy])) if busy.any() else np.nan,
     )
 
@@ -71,12 +71,14 @@ def _with_unsent(passed: Array, run: Run) -> Array:
 
 
 def _during(run: Run, path: PlannedPath | None) -> NDArray[np.bool_]:
-    """Tell which contact samples fall into the time in which the driver followed the path."""
+    """Tell which contact samples fall into the time on the path, without the way to its first pose."""
     arm, time = run.arm, run.contacts.time
     following = (arm.state == CONTACT) & (arm.path_id == (path.path_id if path is not None else -1))
-    if not following.any():
+    on_path = np.flatnonzero(following & (arm.distance_along > 0.0))
+    if not len(on_path):
         return np.zeros(len(time), dtype=bool)
-    return (time >= arm.time[following][0]) & (time <= arm.time[following][-1])
+    begin = arm.time[max(on_path[0] - 1, 0)]  # the last report before it moved on along the path
+    return (time >= begin) & (time <= arm.time[following][-1])
 
 
 def _covered(run: Run, truth: Truth, region: str, poses: Array, error: PathError) -> Coverage:

@@ -12,7 +12,7 @@ from pathlib import Path
 from bathbot_bringup.errors import InputError
 
 SIM_CALIBRATION = Path(__file__).parent / "sim" / "sim_d455_calibration.npz"
-"""Depth calibration of the simulated camera, made by `bathbot simulate board` and `bathbot calibrate depth`."""
+"""Depth calibration of the simulated camera, from `bathbot simulate board` and `bathbot calibrate depth`."""
 SIM_HAND_EYE = "sim_hand_eye.yaml"
 """Configuration of this package: made by `bathbot simulate marker` and `bathbot calibrate hand-eye`."""
 

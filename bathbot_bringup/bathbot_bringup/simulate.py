@@ -27,11 +27,11 @@ from bathbot_bringup.sim.d455_unit import find_preset
 from bathbot_bringup.sim.emulator_settings import HOME_DEG
 from bathbot_bringup.sim.scene import true_camera_pose
 
-BOARD_HOLD, BOARD_RATE = 3.0, 2.5    # [s] a place lasts, [Hz] of the camera: still 3 pictures when it is slow
+BOARD_HOLD, BOARD_RATE = 3.0, 2.5  # [s] a place lasts, [Hz] of the camera: still 3 pictures when it is slow
 MARKER_HOLD, MARKER_RATE = 2.0, 4.0  # [s], [Hz]
-_START = 60.0        # [s] until the nodes are active
-_MOVE = 15.0         # [s] one motion may take
-_SPEED = 30          # [%] of the joints' speed
+_START = 60.0  # [s] until the nodes are active
+_MOVE = 15.0  # [s] one motion may take
+_SPEED = 30  # [%] of the joints' speed
 
 Parameters = dict[str, dict[str, object]]
 
@@ -147,7 +147,9 @@ class _Mover:
         self._arm = ArmClient("127.0.0.1", ports.tcp, on_event=self._hear)
         self._arm.start()
         if not client.spin_until(lambda: self._arm.connection.connected, _MOVE):
-            raise StepError("marker", f"no connection to the simulated controller: {self._arm.connection.reason}")
+            raise StepError(
+                "marker", f"no connection to the simulated controller: {self._arm.connection.reason}"
+            )
 
     def _hear(self, frame: dict[str, object]) -> None:
         if frame.get("state") == "current_trajectory_state":
@@ -156,10 +158,18 @@ class _Mover:
     def move(self, joints: NDArray[np.float64]) -> None:
         """Move the joints [rad] and wait until they are there."""
         self._settled.clear()
-        frame = {"command": "movej", "v": _SPEED, "joint": joints_to_wire(joints), "trajectory_connect": 0, "r": 0}
+        frame = {
+            "command": "movej",
+            "v": _SPEED,
+            "joint": joints_to_wire(joints),
+            "trajectory_connect": 0,
+            "r": 0,
+        }
         self._arm.demand(frame, "receive_state")
         if not self._client.spin_until(self._settled.is_set, _MOVE):
-            raise StepError("marker", f"the arm did not reach {np.degrees(joints).round(1)} deg within {_MOVE:.0f} s")
+            raise StepError(
+                "marker", f"the arm did not reach {np.degrees(joints).round(1)} deg within {_MOVE:.0f} s"
+            )
 
     def close(self) -> None:
         self._arm.close()

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import typer
 
-app = typer.Typer(help="Record simulated calibration scenes, to try the calibrations on.", rich_markup_mode=None)
+app = typer.Typer(
+    help="Record simulated calibration scenes, to try the calibrations on.", rich_markup_mode=None
+)
 
 
 @app.callback()
@@ -17,7 +19,9 @@ def board(
     out: Path = typer.Option(..., "--out", help="Bag to make: a new folder, or a new file ending in .mcap."),
     poses: int = typer.Option(24, min=1, max=200, help="Places at which the camera stands still."),
     seed: int = typer.Option(0, min=0, help="Of the places and of the noise."),
-    preset: str = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good."),
+    preset: str = typer.Option(
+        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
+    ),
 ) -> None:
     """Record a chessboard on a wall, seen from many places; takes 3 s a place.
 

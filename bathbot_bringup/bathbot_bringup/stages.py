@@ -32,6 +32,10 @@ class StageLog:
         """Print one line."""
         self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
+    def note(self, text: str) -> None:
+        """Print one line below the stage it belongs to."""
+        self.say(f"{'':19}{text}")
+
     @contextmanager
     def stage(self, name: str, about: str) -> Iterator[None]:
         """Show a stage while it runs; one line remains, with its outcome and duration [s]."""
@@ -66,9 +70,8 @@ class StageLog:
     def show_summary(self, summary: Mapping[str, Any], out: Path) -> None:
         """Print the table of one run and where its files are."""
         print_summary(self._console, summary)
-        self.say(
-            f"results are in {out}: {', '.join(sorted(file.name for file in out.iterdir() if file.is_file()))}"
-        )
+        files = sorted(file.name for file in out.iterdir() if file.is_file())
+        self.say(f"results are in {out}: {', '.join(files)}")
 
     def progress(self, fraction: float, detail: str) -> None:
         """Move the bar of the running stage: share done, 0..1, and a few words."""

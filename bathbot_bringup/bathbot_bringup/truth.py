@@ -4,6 +4,7 @@ import numpy as np
 from bathbot_depthcorr.rigid import inverse, rotate
 from numpy.typing import NDArray
 
+from bathbot_bringup.bathing import Sighting
 from bathbot_bringup.demo_settings import DemoSettings
 from bathbot_bringup.run_data import TargetSeen
 from bathbot_bringup.sim.body import CLASS_NAMES
@@ -14,6 +15,13 @@ from bathbot_bringup.sim.scene import BathroomScene
 
 Array = NDArray[np.float64]
 SENSOR_SEED, WIDTH, HEIGHT = 1, 848, 480  # the one unit of the simulated bathroom, and its pictures [px]
+
+
+def seen_target(sighting: Sighting) -> TargetSeen:
+    """A contact target as the client saw it."""
+    target = sighting.target
+    position = np.asarray(target.T_base_target)[:3, 3]
+    return TargetSeen(sighting.time, target.region, np.asarray(target.pixel, dtype=float), position)
 
 
 class Truth:
@@ -29,8 +37,8 @@ class Truth:
         scene = BathroomScene(settings.seed)
         unit = make_unit(SENSOR_SEED, find_preset(settings.preset), WIDTH, HEIGHT)
         self._epoch = epoch
-        self._colour = unit.colour
-        self._T_base_colour: Array = scene.T_base_camera @ inverse(unit.T_colour_depth)
+        self.colour = unit.colour
+        self.T_base_colour: Array = scene.T_base_camera @ inverse(unit.T_colour_depth)
         self.surface: BodySurface = scene.surface(load_scenario(settings.scenario))
         self.labels: NDArray[np.uint8] = scene.dressed.labels
 
@@ -40,8 +48,8 @@ class Truth:
         The true position is where the ray through the target's pixel, of the camera as it really is,
         met the body at the time of the picture; NaN where it met nothing.
         """
-        ray = rotate(self._T_base_colour, self._colour.directions(target.pixel))
-        origin = self._T_base_colour[:3, 3]
+        ray = rotate(self.T_base_colour, self.colour.directions(target.pixel))
+        origin = self.T_base_colour[:3, 3]
         return target.position - self.surface.true_point(origin, ray, target.time - self._epoch)
 
     def vertices(self, time: float) -> Array:

@@ -32,7 +32,8 @@ def generate_launch_description() -> LaunchDescription:
         ("bathbot_scrub", "scrub_planner", {}),
     ]
     switches = {
-        name: ParameterValue(LaunchConfiguration(name), value_type=bool) for name in ("use_sim_time", "autostart")
+        name: ParameterValue(LaunchConfiguration(name), value_type=bool)
+        for name in ("use_sim_time", "autostart")
     }
     nodes = [
         LifecycleNode(
@@ -52,7 +53,10 @@ def generate_launch_description() -> LaunchDescription:
     ]
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=default, description=about) for name, default, about in arguments),
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, default, about in arguments
+            ),
             GroupAction([PushRosNamespace(LaunchConfiguration("namespace")), *nodes]),
         ]
     )

@@ -14,13 +14,20 @@ def generate_launch_description() -> LaunchDescription:
         ("bag", None, "new folder, or new file ending in .mcap"),
         ("profile", "default", "privacy profile: default, arm or calibration"),
         ("consent", "", "who agreed and when; profiles with pictures need it"),
-        ("params_file", PathJoinSubstitution([share, "config", "overlay.yaml"]), "parameters laid over the file"),
+        (
+            "params_file",
+            PathJoinSubstitution([share, "config", "overlay.yaml"]),
+            "parameters laid over the file",
+        ),
         ("log_level", "info", "debug, info, warn or error"),
     ]
     chosen = ("bag", "profile", "consent")
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=default, description=about) for name, default, about in arguments),
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, default, about in arguments
+            ),
             LifecycleNode(
                 package="bathbot_bringup",
                 executable="recorder",

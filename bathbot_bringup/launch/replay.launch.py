@@ -18,7 +18,11 @@ def generate_launch_description() -> LaunchDescription:
         ("bag", None, "rosbag2 folder or .mcap file"),
         ("rate", "1.0", "speed"),
         ("namespace", "", "namespace of all nodes"),
-        ("params_file", PathJoinSubstitution([share, "config", "overlay.yaml"]), "parameters laid over all files"),
+        (
+            "params_file",
+            PathJoinSubstitution([share, "config", "overlay.yaml"]),
+            "parameters laid over all files",
+        ),
         ("autostart", "true", "nodes configure and activate by themselves"),
         ("log_level", "info", "debug, info, warn or error"),
         ("calibration", "", "depth calibration .npz of the recorded camera"),
@@ -45,11 +49,17 @@ def generate_launch_description() -> LaunchDescription:
     passed = ("namespace", "params_file", "autostart", "log_level", "calibration", "hand_eye", "model")
     pipeline = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(PathJoinSubstitution([share, "launch", "pipeline.launch.py"])),
-        launch_arguments={**{name: LaunchConfiguration(name) for name in passed}, "use_sim_time": "true"}.items(),
+        launch_arguments={
+            **{name: LaunchConfiguration(name) for name in passed},
+            "use_sim_time": "true",
+        }.items(),
     )
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=default, description=about) for name, default, about in arguments),
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, default, about in arguments
+            ),
             pipeline,
             GroupAction([PushRosNamespace(LaunchConfiguration("namespace")), replayer]),
         ]

@@ -1,6 +1,6 @@
 """The whole graph on a real D455 and a real RM65-6F.
 
-ros2 launch bathbot_bringup robot.launch.py arm_host:=192.168.1.18 calibration:=d455.npz hand_eye:=hand_eye.yaml
+ros2 launch bathbot_bringup robot.launch.py arm_host:=192.168.1.18 calibration:=d455.npz hand_eye:=eye.yaml
 """
 
 from launch import LaunchDescription
@@ -16,7 +16,11 @@ def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare("bathbot_bringup")
     arguments = [
         ("namespace", "", "namespace of all nodes"),
-        ("params_file", PathJoinSubstitution([share, "config", "overlay.yaml"]), "parameters laid over all files"),
+        (
+            "params_file",
+            PathJoinSubstitution([share, "config", "overlay.yaml"]),
+            "parameters laid over all files",
+        ),
         ("autostart", "true", "nodes configure and activate by themselves"),
         ("log_level", "info", "debug, info, warn or error"),
         ("arm_host", "192.168.1.18", "address of the RM65 controller"),
@@ -67,7 +71,10 @@ def generate_launch_description() -> LaunchDescription:
     )
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=default, description=about) for name, default, about in arguments),
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, default, about in arguments
+            ),
             GroupAction([PushRosNamespace(LaunchConfiguration("namespace")), camera, driver]),
             pipeline,
         ]

@@ -15,7 +15,11 @@ def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare("bathbot_bringup")
     arguments = [
         ("namespace", "", "namespace of all nodes"),
-        ("params_file", PathJoinSubstitution([share, "config", "overlay.yaml"]), "parameters laid over all files"),
+        (
+            "params_file",
+            PathJoinSubstitution([share, "config", "overlay.yaml"]),
+            "parameters laid over all files",
+        ),
         ("autostart", "true", "nodes configure and activate by themselves"),
         ("log_level", "info", "debug, info, warn or error"),
         ("seed", "0", "of person, motion and noise"),
@@ -52,14 +56,20 @@ def generate_launch_description() -> LaunchDescription:
     pipeline = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(PathJoinSubstitution([share, "launch", "pipeline.launch.py"])),
         launch_arguments={
-            **{name: LaunchConfiguration(name) for name in ("namespace", "params_file", "autostart", "log_level")},
+            **{
+                name: LaunchConfiguration(name)
+                for name in ("namespace", "params_file", "autostart", "log_level")
+            },
             "calibration": str(files("bathbot_bringup") / "sim" / "sim_d455_calibration.npz"),
             "hand_eye": PathJoinSubstitution([share, "config", "sim_hand_eye.yaml"]),
         }.items(),
     )
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=default, description=about) for name, default, about in arguments),
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, default, about in arguments
+            ),
             GroupAction([PushRosNamespace(LaunchConfiguration("namespace")), *nodes]),
             pipeline,
         ]

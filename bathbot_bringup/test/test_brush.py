@@ -57,7 +57,9 @@ def test_friction_opposes_the_motion_and_has_its_share(angle, speed):
 def test_turning_about_its_axis_changes_nothing_on_a_ball(turn, depth):
     ball = SphereSurface((0.6, 0.0, 0.3), 0.1)
     pose = head(depth)
-    turned = pose @ transform_from(Rotation.from_euler("z", 60.0 * round(turn / 60.0), degrees=True).as_matrix())
+    turned = pose @ transform_from(
+        Rotation.from_euler("z", 60.0 * round(turn / 60.0), degrees=True).as_matrix()
+    )
     one, other = (BRUSH.touch(T, STILL, ball, 0.0) for T in (pose, turned))
     assert_allclose(one.force, other.force, atol=1e-9)
     assert one.compression == pytest.approx(depth)

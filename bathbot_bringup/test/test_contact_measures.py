@@ -1,13 +1,14 @@
 import numpy as np
 from bathbot_bringup.contact_measures import contact_measures, in_contact
 from bathbot_bringup.coverage import coverage, patch_frame, skin_samples
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 TIMES = np.arange(0.0, 10.0, 0.02)
 
 
+@settings(deadline=None)
 @given(gap=st.floats(0.0, 1.0))
 def test_the_contact_fraction_is_the_share_of_poses_passed_in_contact(gap):
     passed = np.linspace(1.0, 9.0, 401)

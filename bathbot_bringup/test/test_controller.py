@@ -23,10 +23,18 @@ from numpy.testing import assert_allclose
 
 HOME = np.radians(HOME_DEG)
 CONNECT = [
-    "get_arm_software_info", "get_arm_current_trajectory", "get_realtime_push", "get_current_work_frame",
-    "get_current_tool_frame", "get_install_pose", "get_joint_min_pos", "get_joint_max_pos", "get_joint_max_acc",
-    "get_joint_max_speed", "get_DH_data",
-]  # fmt: skip
+    "get_arm_software_info",
+    "get_arm_current_trajectory",
+    "get_realtime_push",
+    "get_current_work_frame",
+    "get_current_tool_frame",
+    "get_install_pose",
+    "get_joint_min_pos",
+    "get_joint_max_pos",
+    "get_joint_max_acc",
+    "get_joint_max_speed",
+    "get_DH_data",
+]
 
 
 @pytest.fixture
@@ -67,8 +75,22 @@ def test_the_queries_of_a_connecting_client_are_answered(desk, name):
 
 def test_wire_values_of_the_connect_queries(desk):
     assert reply(desk, {"command": "get_arm_software_info"})["Product_version"] == "RM65-6FI"
-    assert reply(desk, {"command": "get_joint_max_speed"})["joint_speed"] == [30000, 30000, 37500, 37500, 37500, 37500]
-    assert reply(desk, {"command": "get_joint_max_pos"})["max_pos"] == [178000, 130000, 135000, 178000, 128000, 360000]
+    assert reply(desk, {"command": "get_joint_max_speed"})["joint_speed"] == [
+        30000,
+        30000,
+        37500,
+        37500,
+        37500,
+        37500,
+    ]
+    assert reply(desk, {"command": "get_joint_max_pos"})["max_pos"] == [
+        178000,
+        130000,
+        135000,
+        178000,
+        128000,
+        360000,
+    ]
     assert reply(desk, {"command": "get_DH_data"})["joint_6"] == [90000, 0, 172500, 0]
 
 
@@ -78,9 +100,19 @@ def test_every_command_takes_an_empty_request_without_raising(desk):
         assert answer is None or isinstance(answer, dict)
 
 
-@given(name=st.sampled_from(sorted(COMMANDS)), extra=st.dictionaries(
-    st.sampled_from(["joint", "pose", "v", "trajectory_connect", "cycle", "port", "ip", "enable", "arm_power"]),
-    st.none() | st.booleans() | st.floats() | st.text(max_size=5) | st.lists(st.integers() | st.floats(), max_size=7)))  # fmt: skip
+@given(
+    name=st.sampled_from(sorted(COMMANDS)),
+    extra=st.dictionaries(
+        st.sampled_from(
+            ["joint", "pose", "v", "trajectory_connect", "cycle", "port", "ip", "enable", "arm_power"]
+        ),
+        st.none()
+        | st.booleans()
+        | st.floats()
+        | st.text(max_size=5)
+        | st.lists(st.integers() | st.floats(), max_size=7),
+    ),
+)
 @settings(max_examples=150)
 def test_hostile_values_never_raise_nor_move_beyond_the_limits(name, extra):
     arm = Arm(Kinematics("6F"), RM65_LIMITS, Brush())
@@ -174,13 +206,15 @@ def test_pause_stands_and_continue_arrives(desk):
 
 
 def stream(desk, degrees):
-    return reply(desk, {"command": "movej_canfd", "joint": [round(1000 * d) for d in degrees], "follow": True})
+    return reply(
+        desk, {"command": "movej_canfd", "joint": [round(1000 * d) for d in degrees], "follow": True}
+    )
 
 
 def test_the_stream_is_followed_without_reply_and_its_end_is_a_stop(desk):
     degrees = np.array(HOME_DEG)
     for _ in range(100):
-        degrees = degrees + (0.0, -0.3, 0.0, 0.0, 0.0, 0.3)
+        degrees += np.array([0.0, -0.3, 0.0, 0.0, 0.0, 0.3])
         assert stream(desk, degrees) is None
         path, _ = run(desk.controller, 0.01)
         assert desk.controller.motion is Motion.STREAM

@@ -63,7 +63,9 @@ def alive(emulator):
 
 def test_a_moved_arm_says_so_once_on_tcp_and_all_along_on_udp(client, samples):
     goal = [5000, 60000, -125000, 0, -80000, 0]
-    client.demand({"command": "movej", "v": 60, "joint": goal, "trajectory_connect": 0, "r": 0}, "receive_state")
+    client.demand(
+        {"command": "movej", "v": 60, "joint": goal, "trajectory_connect": 0, "r": 0}, "receive_state"
+    )
     until(lambda: client.events)
     time.sleep(0.1)
     assert client.events == [

@@ -1,18 +1,15 @@
 """The arm driver against the emulated controller over TCP and UDP, with exact surfaces and without ROS.
 
-Only what happens is asserted, not when: the machine may be busy. Hence the long `stale_after`.
+Only what happens is asserted, not when.
 """
 
+import socket
 import threading
 import time
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
-from bathbot_bringup.sim.emulator_surface import PlaneSurface
+from bathbot_bringup.sim.emulator_settings import HOME_DEG
 from bathbot_scrub.rm65.approach import Request
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
@@ -26,96 +23,14 @@ from bathbot_scrub.rm65.errors import (
     UnreachableError,
 )
 from bathbot_scrub.rm65.force_guard import State
-from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.motion import retreated
-from bathbot_scrub.rm65.segment_queue import Segment
+from emulator_cell import AXIS, REGION, TARGET, Cell, running, segments, until
 from numpy.testing import assert_allclose
-
-AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
-SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))
-TARGET = np.eye(4)
-TARGET[:3, :3] = np.stack([np.cross(SIDE, AXIS), SIDE, AXIS], axis=-1)
-TARGET[:3, 3] = 0.54, -0.05, 0.2
-REGION = "Trunk_skin"
-# the arm is at home a little behind the stand-off, to save time
-READY_DEG = tuple(
-    float(q)
-    for q in np.degrees(nearest(solve_head(Kinematics("6F"), retreated(TARGET, 0.10)), np.radians([0, -40, -100, 0, 60, 0])))
-)
-
-
-@dataclass
-class Wall:
-    """A wall through the target; a positive shift [m] brings it nearer to the arm."""
-
-    shift: float = 0.0
-    plane: PlaneSurface = field(init=False)
-
-    def __post_init__(self):
-        self.plane = PlaneSurface(tuple(-AXIS), float(-AXIS @ TARGET[:3, 3]), REGION, lambda t: self.shift)
-
-    def distance(self, origins, directions, t):
-        return self.plane.distance(origins, directions, t)
-
-
-def until(condition, timeout=20.0):
-    deadline = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < deadline, "not in time"
-        time.sleep(0.01)
-
-
-class Cell:
-    """Emulator, wall, driver, and what was logged."""
-
-    def __init__(self, **settings):
-        self.wall, self.log = Wall(), []
-        self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), self.wall)
-        values = {"port": self.emulator.port, "udp_port": 0, "stale_after": 2.0, "joint_speed": 2.0,
-                  "joint_acceleration": 6.0, "approach_speed": 0.05, "home_deg": READY_DEG} | settings  # fmt: skip
-        self.driver = ArmDriver(DriverSettings(**values), self.log.append)
-
-    def state(self):
-        return self.driver.snapshot().state
-
-    def approach(self, **changes):
-        return self.driver.approach(Request(**{"T_base_target": TARGET, "region": REGION} | changes))
-
-    def gap(self):
-        """Distance of the true head from the wall [m]; negative when pressed."""
-        return float(AXIS @ (TARGET[:3, 3] - self.emulator.truth().T_base_head[:3, 3])) - self.wall.shift
-
-    def close(self):
-        self.driver.close()
-        self.emulator.close()
-
-
-@contextmanager
-def running(**settings):
-    cell = Cell(**settings)
-    try:
-        until(lambda: cell.driver.snapshot().connected)
-        yield cell
-    finally:
-        cell.close()
 
 
 @pytest.fixture
 def cell():
     with running() as cell:
         yield cell
-
-
-def segments(count=3, speed=0.10, depth=0.005):
-    """Straight paths of 20 mm pieces along y of the head, from just beside the target."""
-    result = []
-    for index in range(count):
-        poses = np.tile(TARGET, (11, 1, 1))
-        along = 0.02 * index - 0.01 + np.linspace(0.0, 0.02, 11)
-        poses[:, :3, 3] += along[:, None] * SIDE + depth * AXIS
-        result.append(Segment(7, index, index == count - 1, REGION, poses, speed))
-    return result
 
 
 def test_the_whole_job(cell):
@@ -216,19 +131,22 @@ def test_skin_nearer_than_believed_is_felt_all_the_same(cell):
     assert cell.emulator.truth().contact.indentation == 0.0
 
 
-def test_something_in_the_way_to_the_standoff_sends_it_back(cell):
-    cell.wall.shift = 0.15
-    with pytest.raises(ForceLimitError, match="force"):
-        cell.approach()
-    until(lambda: np.linalg.norm(cell.emulator.truth().contact.force) == 0.0)
-    assert cell.state() in (State.HOLD, State.FAULT)
+def test_something_in_the_way_to_the_standoff_sends_it_back():
+    with running(home_deg=HOME_DEG) as cell:
+        cell.wall.shift = 0.15
+        with pytest.raises(ForceLimitError, match="force"):
+            cell.approach()
+        until(lambda: np.linalg.norm(cell.emulator.truth().contact.force) == 0.0)
+        assert cell.state() in (State.HOLD, State.FAULT)
 
 
 @pytest.mark.parametrize(
     ("request_", "error"),
     [
         pytest.param({"T_base_target": TARGET * np.nan}, InvalidPoseError, id="not a number"),
-        pytest.param({"T_base_target": np.diag([2.0, 1.0, 1.0, 1.0]) @ TARGET}, InvalidPoseError, id="not rigid"),
+        pytest.param(
+            {"T_base_target": np.diag([2.0, 1.0, 1.0, 1.0]) @ TARGET}, InvalidPoseError, id="not rigid"
+        ),
         pytest.param({"T_base_target": TARGET + 0.5 * np.eye(4, k=3)}, UnreachableError, id="far"),
         pytest.param({"region": "Knee"}, ArmSettingsError, id="region"),
         pytest.param({"standoff": float("nan")}, InvalidPoseError, id="standoff"),
@@ -327,6 +245,18 @@ def test_a_lost_controller_is_a_fault_and_the_arm_stands(cell):
     cell.driver.retract()
     until(lambda: cell.state() is State.FREE)
     assert any("lost the controller" in line for line in cell.log)
+
+
+def test_a_server_that_is_no_controller_is_told_once():
+    log = []
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        driver = ArmDriver(DriverSettings(port=silent.getsockname()[1], udp_port=0), log.append)
+        until(lambda: any("is it an RM65 controller?" in line for line in log))
+        time.sleep(2.5)
+        assert sum("is it an RM65 controller?" in line for line in log) == 1
+        assert len(log) <= 2
+        assert not driver.snapshot().connected
+        driver.close()
 
 
 def test_another_arm_than_the_parameter_says_is_never_moved():

@@ -100,7 +100,9 @@ def test_included_files_know_the_arguments_they_are_given(run):
     pipeline = run(ROOT / "bathbot_bringup/launch/pipeline.launch.py")
     known = {part.args[0] for part in pipeline.every("DeclareLaunchArgument")}
     for name in ("sim", "robot", "replay"):
-        for include in run(ROOT / f"bathbot_bringup/launch/{name}.launch.py").every("IncludeLaunchDescription"):
+        for include in run(ROOT / f"bathbot_bringup/launch/{name}.launch.py").every(
+            "IncludeLaunchDescription"
+        ):
             assert dict(include.kwargs["launch_arguments"]).keys() <= known
 
 

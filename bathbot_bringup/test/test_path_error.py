@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from bathbot_bringup.path_error import path_error
 from bathbot_depthcorr.rigid import transform_from
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
@@ -23,16 +23,18 @@ def walk(poses, speed=0.04, rate=50.0, before=0.01):
     return times, positions
 
 
+@settings(deadline=None)
 @given(across=st.floats(-0.01, 0.01), depth=st.floats(-0.01, 0.01))
 def test_a_constant_offset_is_found_at_every_pose(across, depth):
     poses = straight()
     times, positions = walk(poses)
-    error = path_error(poses, times, positions + [across, 0.0, depth])
+    error = path_error(poses, times, positions + np.array([across, 0.0, depth]))
     assert error.passed.all()
     assert_allclose(error.across, across, atol=1e-12)
     assert_allclose(error.depth, depth, atol=1e-12)
 
 
+@settings(deadline=None)
 @given(rotation=st.tuples(*[st.floats(-3, 3)] * 3), shift=st.tuples(*[st.floats(-1, 1)] * 3))
 def test_the_error_does_not_depend_on_the_frame(rotation, shift):
     poses = straight()
@@ -70,6 +72,26 @@ def test_a_neighbouring_scan_line_is_not_mistaken_for_the_own():
     error = path_error(np.concatenate([there, back]), times, positions)
     assert error.passed[:51].all()
     assert not error.passed[51:].any()
+
+
+def test_the_direction_of_travel_is_that_of_the_positions():
+    """A head that has not turned yet: its y lies across the travel, and what is across stays across."""
+    poses = straight()
+    turned = poses.copy()
+    turned[:, :3, 0], turned[:, :3, 1] = poses[:, :3, 1], -poses[:, :3, 0]
+    times, positions = walk(poses)
+    error = path_error(turned, times, positions + np.array([0.001, 0.0, 0.0]))
+    assert error.passed.all()
+    assert_allclose(error.across, 0.001, atol=1e-12)
+
+
+def test_the_way_to_the_first_pose_is_not_an_error_of_the_path():
+    """The head comes from the side, cuts the plane of the first pose 4 mm beside it, and begins there."""
+    poses = straight()
+    way = np.array([[0.006, -0.001, 0.0], [0.004, 0.0005, 0.0], [0.001, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    path = np.stack([np.zeros(300), 0.0008 * np.arange(1, 301), np.zeros(300)], axis=1)
+    error = path_error(poses, 0.02 * np.arange(304), np.concatenate([way, path]))
+    assert_allclose(error.across, 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("actual", [np.zeros((0, 3)), np.ones((50, 3))], ids=["nothing recorded", "far away"])

@@ -4,15 +4,22 @@ import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import pytest
 from bathbot_bringup.domain import domain_ports, free_domain, used_ports
 from bathbot_bringup.errors import ProcessError
 from bathbot_bringup.processes import ProcessGroup, isolated_environment
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-STUBBORN = "import signal, time; signal.signal(2, lambda *_: 0); signal.signal(15, lambda *_: 0); print('up', flush=True); time.sleep(60)"
+STUBBORN = """
+import signal, time
+signal.signal(signal.SIGINT, lambda *_: None)
+signal.signal(signal.SIGTERM, lambda *_: None)
+print("up", flush=True)
+time.sleep(60)
+"""
 
 
 def python(code: str) -> list[str]:
@@ -27,10 +34,9 @@ def group(tmp_path):
 
 def gone(pid: int) -> bool:
     try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
+        return Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z"
+    except OSError:
         return True
-    return False
 
 
 def wait_for(condition, timeout=10.0):
@@ -74,13 +80,16 @@ def test_stop_leaves_nothing_behind_even_of_the_stubborn(group):
 
 
 def test_an_exception_ends_the_children(tmp_path):
-    with (
-        pytest.raises(KeyboardInterrupt),
-        ProcessGroup(tmp_path, isolated_environment(99, tmp_path)) as group,
-    ):
-        child = group.start("node", python("import time; time.sleep(60)"))
-        raise KeyboardInterrupt
-    assert child.process.poll() is not None
+    started = []
+
+    def fail():
+        with ProcessGroup(tmp_path, isolated_environment(99, tmp_path)) as group:
+            started.append(group.start("node", python("import time; time.sleep(60)")))
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert started[0].process.poll() is not None
 
 
 def test_children_end_when_the_program_is_killed(tmp_path):
@@ -89,21 +98,29 @@ def test_children_end_when_the_program_is_killed(tmp_path):
         from pathlib import Path
         from bathbot_bringup.processes import ProcessGroup, isolated_environment
         group = ProcessGroup(Path({str(tmp_path)!r}), isolated_environment(99, Path({str(tmp_path)!r})))
-        print(group.start("node", [sys.executable, "-c", "import time; time.sleep(60)"]).process.pid, flush=True)
+        child = group.start("node", [sys.executable, "-c", "import time; time.sleep(60)"])
+        print(child.process.pid, flush=True)
         time.sleep(60)
     """)
     with subprocess.Popen(python(program), stdout=subprocess.PIPE, text=True) as parent:
         pid = int(parent.stdout.readline())
         parent.kill()
-    wait_for(lambda: gone(pid) or open(f"/proc/{pid}/stat").read().split()[2] == "Z")
+    wait_for(lambda: gone(pid))
 
 
-@pytest.mark.parametrize(("lines", "told"), [
-    pytest.param("[INFO] [1.5] [n]: configured\n[ERROR] [1.6] [n]: no such file x\n[INFO] [1.7] [n]: shut down\n",
-                 "no such file x", id="the error, not the farewell"),
-    pytest.param("[INFO] [1.5] [n]: configured\n", "configured", id="information when there is nothing else"),
-    pytest.param("Traceback (most recent call last):\n  File x\nValueError: bad\n\n", "ValueError: bad", id="traceback"),
-])  # fmt: skip
+INFO, ERROR = "[INFO] [1.5] [n]: ", "[ERROR] [1.6] [n]: "
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        pytest.param(
+            f"{INFO}ready\n{ERROR}no file x\n{INFO}shut down\n", "no file x", id="error before farewell"
+        ),
+        pytest.param(f"{INFO}configured\n", "configured", id="information when there is nothing else"),
+        pytest.param("Traceback:\n  File x\nValueError: bad\n\n", "ValueError: bad", id="end of a traceback"),
+    ],
+)
 def test_the_line_that_tells_most_is_quoted(group, lines, told):
     child = group.start("node", python(f"print({lines!r})"))
     child.process.wait()
@@ -122,6 +139,7 @@ def test_niceness_is_applied(group):
     assert os.getpriority(os.PRIO_PROCESS, child.process.pid) >= 10
 
 
+@settings(deadline=None)
 @given(wish=st.integers(0, 4_000_000), taken=st.sets(st.integers(7400, 7400 + 250 * 101), max_size=40))
 def test_a_free_domain_has_no_port_in_use(wish, taken):
     domain = free_domain(wish, taken)

@@ -15,13 +15,14 @@ from bathbot_bringup.processes import ProcessGroup, isolated_environment
 from bathbot_bringup.recorder import Recorder, Topic
 from bathbot_bringup.type_definitions import installed_types
 from bathbot_depthcorr.stage_node import LATCHED
-from bathbot_msgs.msg import ArmState
+from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, PointCloud2
 from tf2_msgs.msg import TFMessage
-from geometry_msgs.msg import TransformStamped
+
+from bathbot_msgs.msg import ArmState
 
 STATE = "bathbot_msgs/msg/ArmState"
 
@@ -106,7 +107,9 @@ def test_nothing_unfinished_lies_beside_it(recorded):
 def test_a_bad_parameter_is_one_line_and_exit_code_2(tmp_path, parameters, said):
     command = node_command(find_node("recorder"), parameters)
     environment = isolated_environment(free_domain(os.getpid(), used_ports()), tmp_path)
-    outcome = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=30)
+    outcome = subprocess.run(
+        command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=30
+    )
     assert outcome.returncode == 2
     assert said in outcome.stderr
     assert "Traceback" not in outcome.stderr
@@ -152,7 +155,7 @@ def test_nothing_is_overwritten(tmp_path):
 
 def test_a_place_that_cannot_be_written(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(BagError, match="cannot write a bag at .*choose another place"):
+    with pytest.raises(BagError, match=r"cannot write a bag at .*choose another place"):
         Recorder(tmp_path / "file" / "run")
 
 
@@ -174,7 +177,9 @@ def test_an_interrupted_recorder_closes_its_bag(tmp_path):
 
     environment = isolated_environment(free_domain(os.getpid() + 1, used_ports()), tmp_path)
     command = [sys.executable, "-m", "bathbot_bringup.cli", "record", "--out", str(tmp_path / "bag")]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         deadline = time.monotonic() + 20.0
         while not list(tmp_path.glob(".bag.*.part")) and time.monotonic() < deadline:
             time.sleep(0.1)

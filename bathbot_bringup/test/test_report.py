@@ -14,11 +14,12 @@ from bathbot_bringup.truth import Truth
 from bathbot_depthcorr.messages import stamp_from_seconds
 from bathbot_localize.messages import pose_from_transform
 from bathbot_localize.target import Target, pose_from_normal
-from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets, ScrubSegment, SimContact
 from geometry_msgs.msg import PoseStamped, Vector3
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
+
+from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets, ScrubSegment, SimContact
 
 EPOCH = 1_700_000_000.0
 PIXEL = (424.0, 240.0)
@@ -62,8 +63,8 @@ def settings(tmp_path_factory):
 
 def on_skin(truth):
     """The point of the skin before the middle of the picture, and its outward normal."""
-    ray = truth._T_base_colour[:3, :3] @ truth._colour.directions(np.array(PIXEL))
-    origin = truth._T_base_colour[:3, 3]
+    ray = truth.T_base_colour[:3, :3] @ truth.colour.directions(np.array(PIXEL))
+    origin = truth.T_base_colour[:3, 3]
     point = truth.surface.true_point(origin, ray, 0.0)
     _, normals, _ = truth.surface.distance(origin[None], ray[None] / np.linalg.norm(ray), 0.0)
     return point, normals[0]
@@ -102,6 +103,7 @@ def report(settings, truth):
         following = begin - 0.5 < time < begin + 6.0
         writer.put("/arm_state", time, ArmState(
             header=header(time), state=CONTACT if following else FREE, path_id=7 if following else 0,
+            distance_along=max(SPEED * (time - begin) - 0.005, 0.0) if following else 0.0,
             force_threshold=10.0, period=0.01, period_deviation_p99=0.0004))  # fmt: skip
     writer.write(settings.out / "run.mcap")
     sighting = Sighting(EPOCH + 5.0, Target("Trunk_skin", 0.9, found, np.eye(6), PIXEL, 20.0, 100))
@@ -135,7 +137,12 @@ def test_the_period_is_that_of_the_driver(report):
 def test_the_summary_is_in_its_file_and_says_simulated(report, settings):
     stored = json.loads((settings.out / "summary.json").read_text())
     assert stored == report
-    assert (stored["simulated"], stored["done"], stored["seed"], stored["region"]) == (True, True, 0, "Trunk_skin")
+    assert (stored["simulated"], stored["done"], stored["seed"], stored["region"]) == (
+        True,
+        True,
+        0,
+        "Trunk_skin",
+    )
     assert {"coverage", "duration_s", "version", "stages_s"} <= stored.keys()
 
 
@@ -185,7 +192,10 @@ def test_a_run_that_never_touched_has_no_path_error(tmp_path):
 
 
 def test_many_runs_are_summed_up():
-    runs = [{"done": True, "duration_s": 40.0, "coverage": 0.9}, {"done": True, "duration_s": 60.0, "coverage": None}]
+    runs = [
+        {"done": True, "duration_s": 40.0, "coverage": 0.9},
+        {"done": True, "duration_s": 60.0, "coverage": None},
+    ]
     numbers = spread(runs)
     assert numbers["duration_s"] == {"count": 2, "mean": 50.0, "std": 10.0, "min": 40.0, "max": 60.0}
     assert numbers["coverage"]["count"] == 1

@@ -2,9 +2,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from bathbot_bringup import share
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.node_table import NODES, find_node, node_command
+
+from bathbot_bringup import share
 
 PACKAGES = ("bathbot_bringup", "bathbot_depthcorr", "bathbot_localize", "bathbot_perception", "bathbot_scrub")
 
@@ -27,7 +28,7 @@ def test_a_missing_package_says_what_to_try():
 
 
 def test_a_missing_file_lists_those_that_exist():
-    with pytest.raises(InputError, match="no configuration nothing.yaml; there are .*recorder.yaml"):
+    with pytest.raises(InputError, match=r"no configuration nothing\.yaml; there are .*recorder\.yaml"):
         share.config_file("bathbot_bringup", "nothing.yaml")
 
 
@@ -49,6 +50,8 @@ def test_every_node_has_a_module_and_a_parameter_file(name):
 
 
 def test_parameters_reach_the_command_line_with_their_types():
-    command = node_command(find_node("recorder"), {"a": "it's", "b": 2.0, "c": True, "d": 3, "e": 1e-7, "f": Path("x")})
+    command = node_command(
+        find_node("recorder"), {"a": "it's", "b": 2.0, "c": True, "d": 3, "e": 1e-7, "f": Path("x")}
+    )
     given = [command[i + 1] for i, word in enumerate(command) if word == "-p"]
     assert given == ["a:='it''s'", "b:=2.0", "c:=true", "d:=3", "e:=1e-07", "f:='x'"]

@@ -112,11 +112,6 @@ class HeightField:
         )
         return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
 
-    def is_skin(self, plane: ArrayLike) -> Mask:
-        """Whether plane positions (x, y) [m], shape (N, 2), lie over valid nodes, shape (N,)."""
-        row, column, inside = self.grid.cells_of(plane)
-        return inside & self.valid[row, column]
-
     def _index(self, plane: Array) -> Array:
         """Fractional (row, column) of plane positions, shape (N, 2) -> (2, N)."""
         rows, columns = self.height.shape

@@ -149,6 +149,8 @@ class ScrubJob:
             self._follow(self._plan())
         except BathbotError as error:
             code, message = code_of(error), str(error)
+        except Exception as error:  # a goal whose thread died unseen would never end
+            code, message = Code.TARGET_LOST, f"planning failed: {type(error).__name__}: {error}"
         self._done(Outcome(code, message, self._sent, self._length))
 
     def _follow(self, planner: PathPlanner) -> None:

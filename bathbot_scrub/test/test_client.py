@@ -91,13 +91,17 @@ def test_replies_are_matched_by_name_and_the_rest_are_events(connect):
 
 
 def test_malformed_bytes_before_a_reply_are_skipped_and_counted(connect):
-    client, _ = connect(lambda frame: b"\xff{not json\r\n[1]\r\n" + encode({"command": frame["command"], "ok": 1}))
+    client, _ = connect(
+        lambda frame: b"\xff{not json\r\n[1]\r\n" + encode({"command": frame["command"], "ok": 1})
+    )
     assert client.request({"command": "x"})["ok"] == 1
     assert client.protocol_errors == 2
 
 
 def test_no_reply_is_an_error_in_time_and_the_next_request_works(connect):
-    client, _ = connect(lambda frame: b"" if frame["command"] == "deaf" else encode({"command": frame["command"]}))
+    client, _ = connect(
+        lambda frame: b"" if frame["command"] == "deaf" else encode({"command": frame["command"]})
+    )
     with pytest.raises(ArmConnectionError, match="no reply to deaf"):
         client.request({"command": "deaf"}, timeout=0.1)
     assert client.request({"command": "x"}) == {"command": "x"}
@@ -107,6 +111,20 @@ def test_refusal_shows_the_answer(connect):
     client, _ = connect(lambda frame: encode({"command": frame["command"], "receive_state": False}))
     with pytest.raises(RefusedError, match="refused movej"):
         client.demand({"command": "movej"}, "receive_state")
+
+
+def test_a_query_is_answered_by_the_name_of_the_state(connect):
+    client, _ = connect(lambda frame: encode({"state": "install_pose", "pose": [0, 0, 0]}))
+    assert client.request({"command": "get_install_pose"})["pose"] == [0, 0, 0]
+
+
+def test_giving_up_a_connection_builds_a_new_one(connect):
+    told = []
+    client, _ = connect(on_connection=told.append)
+    assert client.controller_address() == client.local_address() == "127.0.0.1"
+    client.reconnect()
+    until(lambda: len(told) >= 3 and told[-1].connected)
+    assert client.request({"command": "x"})["ok"]
 
 
 def test_many_threads_get_their_own_replies(connect):
@@ -131,9 +149,13 @@ def test_the_stream_is_the_vendors_frame(connect):
     client.stream_joints([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
     frame = server.heard.get(timeout=5.0)
     assert frame == {
-        "command": "movej_canfd", "joint": [0, 5730, 0, 0, 0, 0], "follow": True, "expand": 0, "trajectory_mode": 0,
+        "command": "movej_canfd",
+        "joint": [0, 5730, 0, 0, 0, 0],
+        "follow": True,
+        "expand": 0,
+        "trajectory_mode": 0,
         "radio": 0,
-    }  # fmt: skip
+    }
 
 
 def test_a_lost_connection_is_told_and_built_up_again(connect):

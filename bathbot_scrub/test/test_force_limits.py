@@ -20,7 +20,11 @@ def test_every_class_has_limits_and_the_face_the_gentlest():
     assert list(limits.regions) == CLASSES
     assert limits.gentlest() is limits.region("Face_skin")
     assert limits.region("Trunk_skin").comfort == (1.0, 6.0)
-    assert (limits.contact, limits.region("Trunk_skin").retract, limits.region("Trunk_skin").hard_stop) == (1.0, 10.0, 15.0)
+    assert (limits.contact, limits.region("Trunk_skin").retract, limits.region("Trunk_skin").hard_stop) == (
+        1.0,
+        10.0,
+        15.0,
+    )
 
 
 def test_every_number_of_the_file_is_read(tmp_path):
@@ -50,7 +54,9 @@ def test_every_number_of_the_file_is_read(tmp_path):
         pytest.param(lambda c: c.update(transit=0.1), "transit > zero_residual", id="transit"),
         pytest.param(lambda c: c["regions"]["Face_skin"].update(retract=20.0), "must rise", id="order"),
         pytest.param(lambda c: c["regions"]["Face_skin"].update(axis=[1.0, 2.0]), "axis three", id="axis"),
-        pytest.param(lambda c: c["regions"]["Face_skin"].update(axis=[-1.0, 2.0, 2.0]), "positive", id="negative"),
+        pytest.param(
+            lambda c: c["regions"]["Face_skin"].update(axis=[-1.0, 2.0, 2.0]), "positive", id="negative"
+        ),
         pytest.param(lambda c: c["regions"].update(Hand_skin=3), "lacks", id="region is a number"),
         pytest.param(lambda c: c.update(regions={}), "table", id="no regions"),
     ],

@@ -50,7 +50,14 @@ def test_unknown_variant_is_refused():
 
 
 def test_forward_kinematics_equal_those_of_pinocchio():
-    rows = [(0, 0, 0.2405, 0), (0, 90, 0, 90), (0.256, 0, 0, 90), (0, 90, 0.21, 0), (0, -90, 0, 0), (0, 90, 0.1725, 0)]
+    rows = [
+        (0, 0, 0.2405, 0),
+        (0, 90, 0, 90),
+        (0.256, 0, 0, 90),
+        (0, 90, 0.21, 0),
+        (0, -90, 0, 0),
+        (0, 90, 0.1725, 0),
+    ]
     model, parent, after = pin.Model(), 0, pin.SE3.Identity()
     for index, (a, alpha, d, offset) in enumerate(rows):
         before = pin.SE3(Rotation.from_euler("x", alpha, degrees=True).as_matrix(), np.zeros(3))

@@ -129,7 +129,9 @@ def test_speed_limit_leaves_room_to_brake():
 
 def test_scrub_speed_is_kept_and_slows_where_a_joint_demands():
     gentle = PLANNER.tool_path(joints_at(straight(0.1)[0]), straight(0.1), 0.04)
-    speeds = np.linalg.norm(np.diff(ARM.head(run(PathRunner(gentle, line_pace(0.1, 0.3), PERIOD)))[:, :3, 3], axis=0), axis=1)
+    speeds = np.linalg.norm(
+        np.diff(ARM.head(run(PathRunner(gentle, line_pace(0.1, 0.3), PERIOD)))[:, :3, 3], axis=0), axis=1
+    )
     assert np.median(speeds) / PERIOD == pytest.approx(0.04, rel=0.02)
     hasty = PLANNER.tool_path(joints_at(straight(0.002, 5, 0.5)[0]), straight(0.002, 5, 0.5), 10.0)
     joints = run(PathRunner(hasty, line_pace(10.0, 0.3), PERIOD))
@@ -137,7 +139,9 @@ def test_scrub_speed_is_kept_and_slows_where_a_joint_demands():
 
 
 def test_braking_stops_on_the_path_and_going_on_reaches_the_end():
-    runner = PathRunner(PLANNER.tool_path(joints_at(straight(0.1)[0]), straight(0.1), 0.05), line_pace(0.05, 0.3), PERIOD)
+    runner = PathRunner(
+        PLANNER.tool_path(joints_at(straight(0.1)[0]), straight(0.1), 0.05), line_pace(0.05, 0.3), PERIOD
+    )
     for _ in range(80):
         runner.step()
     assert runner.speed > 0.04
@@ -161,7 +165,12 @@ def test_way_back_ends_where_it_came_from():
 
 
 reachable = st.tuples(
-    st.floats(0.48, 0.56), st.floats(-0.12, 0.12), st.floats(0.1, 0.3), st.floats(-30, 30), st.floats(0, 30), st.floats(-90, 90)
+    st.floats(0.48, 0.56),
+    st.floats(-0.12, 0.12),
+    st.floats(0.1, 0.3),
+    st.floats(-30, 30),
+    st.floats(0, 30),
+    st.floats(-90, 90),
 )
 
 
@@ -186,7 +195,9 @@ def test_most_places_in_front_of_the_arm_have_a_way():
     found = 0
     for _ in range(60):
         x, y, z = rng.uniform((0.48, -0.12, 0.1), (0.56, 0.12, 0.3))
-        target = facing((x, y, z), yaw=rng.uniform(-30, 30), pitch=rng.uniform(0, 30), roll=rng.uniform(-90, 90))
+        target = facing(
+            (x, y, z), yaw=rng.uniform(-30, 30), pitch=rng.uniform(0, 30), roll=rng.uniform(-90, 90)
+        )
         try:
             path = PLANNER.to_pose(HOME, retreated(target, 0.06))
             PLANNER.to_home(path.joints[-1])

@@ -1,5 +1,6 @@
 """Frames, units and datagrams of the controller's protocol."""
 
+import itertools
 import json
 
 import numpy as np
@@ -23,7 +24,7 @@ frames = st.dictionaries(st.text(max_size=10), values, max_size=5)
 
 def pieces(data, cuts):
     edges = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
-    return [data[a:b] for a, b in zip(edges, edges[1:], strict=False)]
+    return [data[a:b] for a, b in itertools.pairwise(edges)]
 
 
 @given(sent=st.lists(frames, max_size=4), cuts=st.lists(st.integers(0, 10**6), max_size=8))
@@ -76,7 +77,9 @@ def test_bad_frames_are_refused(raw):
         decode(raw)
 
 
-@pytest.mark.parametrize("bad", [None, [1] * 5, [1] * 7, ["1"] * 6, [True] * 6, [1e300] * 6, [float("nan")] * 6, "123456"])
+@pytest.mark.parametrize(
+    "bad", [None, [1] * 5, [1] * 7, ["1"] * 6, [True] * 6, [1e300] * 6, [float("nan")] * 6, "123456"]
+)
 def test_six_numbers_are_six_sane_numbers(bad):
     with pytest.raises(ProtocolError, match="joint"):
         integers({"joint": bad}, "joint", 6)
@@ -90,7 +93,9 @@ def test_a_number_keeps_its_range(bad):
 
 @given(joints=st.lists(st.floats(-6.3, 6.3), min_size=6, max_size=6))
 def test_joints_survive_to_half_a_step(joints):
-    assert_allclose(protocol.joints_from_wire(protocol.joints_to_wire(joints)), joints, atol=np.radians(0.0005) + 1e-12)
+    assert_allclose(
+        protocol.joints_from_wire(protocol.joints_to_wire(joints)), joints, atol=np.radians(0.0005) + 1e-12
+    )
 
 
 def test_wire_units_by_hand():

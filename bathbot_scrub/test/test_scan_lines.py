@@ -79,7 +79,7 @@ def test_path_has_no_corners(index):
     assert np.abs(np.diff(heading)).max() < np.radians(6.0)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(x=st.floats(-0.06, 0.06), y=st.floats(-0.045, 0.045), size=st.floats(0.004, 0.02))
 def test_no_path_crosses_a_hole(x, y, size):
     base = ground()

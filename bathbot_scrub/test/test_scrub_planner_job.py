@@ -11,7 +11,7 @@ from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.surface_map import Sighting
 from synthetic_skin import cylinder, plane, target
 
-SETTINGS = ScrubPlannerSettings()
+SETTINGS = ScrubPlannerSettings(arm_state_max_age=30.0, stall_timeout=30.0)  # the tests may be slow
 
 
 class Rig:
@@ -32,7 +32,7 @@ class Rig:
         along = 0.06 * self.under_head
         self.job.see_arm(ArmReport(mode, reason, path_id, self.under_head, waiting, along, done))
 
-    def wait(self, condition, timeout=5.0):
+    def wait(self, condition, timeout=20.0):
         end = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < end
@@ -40,7 +40,7 @@ class Rig:
             time.sleep(0.002)
 
     def end(self):
-        self.job.join()
+        self.job.join(20.0)
         return self.outcome
 
 
@@ -61,8 +61,8 @@ def test_planner_keeps_three_segments_ahead_and_ends_with_the_path():
 
 def test_older_reports_of_another_path_do_not_count():
     rig = Rig()
-    end = time.monotonic() + 5.0
-    while time.monotonic() < end and not (len(rig.segments) == 3 and time.monotonic() > end - 4.8):
+    end = time.monotonic() + 20.0
+    while time.monotonic() < end and not (len(rig.segments) == 3 and time.monotonic() > end - 19.8):
         rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 6, 40, 0, 2.4, True))
         time.sleep(0.01)
     assert len(rig.segments) == 3
@@ -112,7 +112,7 @@ def test_silent_arm_ends_the_job():
 
 
 def test_arm_that_does_not_take_up_the_path_ends_the_job():
-    rig = Rig(ScrubPlannerSettings(stall_timeout=0.2))
+    rig = Rig(ScrubPlannerSettings(stall_timeout=0.2, arm_state_max_age=30.0))
     while rig.outcome is None:
         rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 3, 0, 0, 0.0, False))
         time.sleep(0.01)
@@ -142,3 +142,12 @@ def test_path_that_cannot_be_planned_ends_the_job():
 
     outcome = Rig(plan=plan).end()
     assert outcome == (Code.NO_SURFACE, "no skin", 0, 0.0)
+
+
+def test_a_fault_in_planning_ends_the_job_too():
+    def plan():
+        raise ZeroDivisionError("by nought")
+
+    outcome = Rig(plan=plan).end()
+    assert outcome.code == Code.TARGET_LOST
+    assert "ZeroDivisionError: by nought" in outcome.message

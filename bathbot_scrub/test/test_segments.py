@@ -81,7 +81,7 @@ def test_poses_follow_equation_14():
     assert np.all(np.sum(WHOLE[:, :3, 2] * normals, axis=1) < -0.99)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(lift=st.floats(-0.005, 0.005), tilt=st.floats(-0.05, 0.05), which=st.integers(1, 5))
 def test_joints_stay_smooth_when_the_skin_has_moved(lift, tilt, which):
     """No jump in place, direction or orientation, whatever the next surface is like."""

@@ -1,7 +1,6 @@
 """The smooth height field."""
 
 import numpy as np
-import pytest
 from bathbot_scrub.height_field import HeightField, smooth
 from bathbot_scrub.patch import Cells, PatchGrid
 from hypothesis import given, settings
@@ -58,9 +57,3 @@ def test_transposed_field_is_the_mirror():
     plane = np.array([[0.02, -0.01], [0.0, 0.03]])
     other = field.transposed().points_at(plane[:, ::-1])
     assert_allclose(other[:, [1, 0, 2]], field.points_at(plane), atol=1e-12)
-
-
-@pytest.mark.parametrize(("point", "skin"), [((0.0, 0.0), True), ((0.05, 0.0), False), ((1.0, 0.0), False)])
-def test_skin_is_told_by_the_nearest_node(point, skin):
-    field = HeightField(GRID, 0.0 * X, X < 0.04)
-    assert field.is_skin([point])[0] == skin

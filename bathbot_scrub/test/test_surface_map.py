@@ -28,7 +28,7 @@ def inside(_):
     return np.s_[15:-15, 15:-15]
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(out=st.floats(-0.018, 0.018))
 def test_hidden_skin_moves_with_the_skin_in_sight(out):
     skin = SurfaceMap(grid(), plane(), 0.0, SETTINGS)

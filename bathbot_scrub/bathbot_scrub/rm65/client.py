@@ -21,13 +21,6 @@ _CONNECT_TIMEOUT = 2.0  # [s]
 _SEND_TIMEOUT = struct.pack("ll", 0, 100_000)  # 0.1 s as a timeval: a deaf peer must not hold the stream
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 5.0  # [s] between attempts to connect
 
-# replies that do not carry the name of their request, facts of the vendor's own client
-_REPLY_NAMES = {
-    "get_arm_software_info": "arm_software_info",
-    "get_current_arm_state": "current_arm_state",
-    "get_joint_degree": "joint_degree",
-    "get_arm_current_trajectory": "arm_current_trajectory",
-}
 TRAJECTORY_EVENT = "current_trajectory_state"
 
 
@@ -64,7 +57,7 @@ class ArmClient:
         self._socket: socket.socket | None = None
         self._sending, self._requesting = threading.Lock(), threading.Lock()
         self._reply = threading.Condition()
-        self._awaited = ""
+        self._awaited: tuple[str, ...] = ()
         self._answer: Frame | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._live, name="rm65-tcp", daemon=True)
@@ -82,13 +75,14 @@ class ArmClient:
         command = str(frame["command"])
         with self._requesting:
             with self._reply:
-                self._awaited, self._answer = _REPLY_NAMES.get(command, command), None
+                # queries are answered by the name of the state, without "get_"
+                self._awaited, self._answer = (command, command.removeprefix("get_")), None
             self._send(encode(frame))
             with self._reply:
                 answered = self._reply.wait_for(
                     lambda: self._answer is not None or self._socket is None, timeout
                 )
-                answer, self._awaited = self._answer, ""
+                answer, self._awaited = self._answer, ()
         if answer is None:
             what = f"no reply to {command} within {timeout} s" if not answered else "the connection was lost"
             raise ArmConnectionError(f"{self.host}:{self.port}: {what}; is it an RM65 controller?")
@@ -132,13 +126,19 @@ class ArmClient:
         Raises:
             ArmConnectionError: Without connection.
         """
-        connected = self._socket
-        if connected is None:
-            raise ArmConnectionError(self.connection.reason)
-        try:
-            return str(connected.getsockname()[0])
-        except OSError as error:
-            raise ArmConnectionError(f"{self.host}:{self.port}: {error}") from error
+        return str(self._ask(lambda connected: connected.getsockname())[0])
+
+    def controller_address(self) -> str:
+        """Address from which the controller answers.
+
+        Raises:
+            ArmConnectionError: Without connection.
+        """
+        return str(self._ask(lambda connected: connected.getpeername())[0])
+
+    def reconnect(self) -> None:
+        """Give up the present connection, for the other side does not answer; a new one is built up."""
+        self._drop()
 
     def close(self) -> None:
         """Close the connection and end the thread."""
@@ -146,6 +146,15 @@ class ArmClient:
         self._drop()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(_CONNECT_TIMEOUT + 1.0)
+
+    def _ask(self, question: Callable[[socket.socket], tuple[str, int]]) -> tuple[str, int]:
+        connected = self._socket
+        if connected is None:
+            raise ArmConnectionError(f"{self.host}:{self.port}: {self.connection.reason}")
+        try:
+            return question(connected)
+        except OSError as error:
+            raise ArmConnectionError(f"{self.host}:{self.port}: {error}") from error
 
     def _send(self, data: bytes) -> None:
         with self._sending:
@@ -206,7 +215,7 @@ class ArmClient:
     def _sort(self, frame: Frame) -> None:
         name = frame.get("command", frame.get("state"))
         with self._reply:
-            if self._awaited and name == self._awaited and self._answer is None:
+            if name in self._awaited and self._answer is None:
                 self._answer = frame
                 self._reply.notify_all()
                 return

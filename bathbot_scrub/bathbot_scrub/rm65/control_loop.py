@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient
-from bathbot_scrub.rm65.errors import ArmError, NotReadyError
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError
 from bathbot_scrub.rm65.force_guard import Action, ForceGuard, State
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.limits import RM65_LIMITS
@@ -190,6 +190,8 @@ class ControlLoop:
                 if joints is not None:
                     self._client.stream_joints(joints)
                     self.statistics.tick(time.monotonic())
+            except ArmConnectionError:
+                self.connection_lost()
             except ArmError as error:
                 self._fail(str(error))
             except Exception as error:  # a bug must end in an arm that stands still, and be seen

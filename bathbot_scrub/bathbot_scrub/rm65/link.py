@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient, Connection
-from bathbot_scrub.rm65.errors import ArmError, NotReadyError, RefusedError
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, RefusedError
 from bathbot_scrub.rm65.force_guard import Reading
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
 from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
@@ -58,6 +58,7 @@ class Link:
         self.wrench: HeadWrench | None = None
         self.sample: ArmSample | None = None
         self.trouble = "not yet connected"
+        self._told: set[str] = set()  # since it last worked
         self._ready = False
         self._wake = threading.Event()
         self._open = True
@@ -126,8 +127,9 @@ class Link:
         self._wake.set()
 
     def _complain(self, trouble: str) -> None:
-        if trouble != self.trouble:
+        if trouble not in self._told:
             self._warn(trouble)
+            self._told.add(trouble)
         self.trouble = trouble
 
     def _keep(self) -> None:
@@ -145,12 +147,17 @@ class Link:
             if silent or not self._ready:
                 try:
                     self._set_up()
+                except ArmConnectionError as error:
+                    self._complain(str(error))
+                    self.client.reconnect()
                 except ArmError as error:
                     self._complain(str(error))
             elif self.trouble:
                 self.trouble = ""
+                self._told.clear()
 
     def _set_up(self) -> None:
+        self.receiver.source = self.client.controller_address()
         info = self.client.request({"command": "get_arm_software_info"})
         product = str(info.get("Product_version", ""))
         if _variant_of(product) != self._variant:

@@ -109,7 +109,7 @@ class StateReceiver:
         self.rejected = 0
         self.last_error = ""
         self.latest: ArmSample | None = None
-        self._on_sample, self._source = on_sample, source
+        self._on_sample, self.source = on_sample, source
         self._open = True
         self._thread = threading.Thread(target=self._receive, name="rm65-push", daemon=True)
         self._thread.start()
@@ -136,8 +136,8 @@ class StateReceiver:
                 time.sleep(_POLL)
                 continue
             try:
-                if self._source not in ("", sender):
-                    raise ProtocolError(f"datagram from {sender}, not from the controller {self._source}")
+                if self.source not in ("", sender):
+                    raise ProtocolError(f"datagram from {sender}, not from the controller {self.source}")
                 sample = parse_sample(raw, time.monotonic())
             except ProtocolError as error:
                 self.rejected += 1

@@ -1,0 +1,66 @@
+"""The whole job of bathing one region on a graph that runs already, simulated or real."""
+
+from contextlib import suppress
+
+from bathbot_bringup import bathing
+from bathbot_bringup.bathing_node import Bather
+from bathbot_bringup.errors import BringupError
+from bathbot_bringup.stages import StageLog
+
+SCRUB_SPEED = 0.04  # [m/s] of the planner's default, to turn a time into a length
+
+
+class BathingJob:
+    """Does the steps one after the other and shows them.
+
+    Attributes:
+        sighting: The contact target that was approached, once there is one.
+    """
+
+    def __init__(self, bather: Bather, log: StageLog, duration: float) -> None:
+        """Prepare the job.
+
+        Args:
+            bather: Asks the graph.
+            log: Shows the steps.
+            duration: Longest time of scrubbing [s].
+        """
+        self._bather, self._log, self._duration = bather, log, duration
+        self.sighting: bathing.Sighting | None = None
+
+    def run(self) -> None:
+        """Do it; whatever goes wrong, the arm is told to stop before anything else ends.
+
+        Raises:
+            StepError: Names the step that failed.
+        """
+        try:
+            self._find()
+            self._scrub()
+            self._leave()
+        except BaseException:
+            with suppress(BringupError):  # a dead driver cannot answer; its controller has stopped by itself
+                self._bather.stop_arm()
+            raise
+
+    def _find(self) -> None:
+        with self._log.stage("connect", bathing.CONNECT.about):
+            self._bather.connect()
+            self._bather.home()
+        with self._log.stage("look", bathing.LOOK.about):
+            self._bather.select()
+            self.sighting = self._bather.look()
+
+    def _scrub(self) -> None:
+        with self._log.stage("approach", bathing.APPROACH.about):
+            contact = self._bather.approach(self.sighting, self._log.progress)
+        self._log.note(f"skin felt with {contact.force:.1f} N")
+        with self._log.stage("scrub", bathing.SCRUB.about):
+            scrubbed = self._bather.scrub(self._duration * SCRUB_SPEED, self._log.progress)
+        self._log.note(f"{scrubbed.segments} segments, {scrubbed.length:.2f} m of path")
+
+    def _leave(self) -> None:
+        with self._log.stage("retract", bathing.RETRACT.about):
+            self._bather.retract()
+        with self._log.stage("home", bathing.HOME.about):
+            self._bather.home()

@@ -1,0 +1,98 @@
+"""A cell for tests: emulated controller, a wall with exact answers, and the arm driver, without ROS.
+
+The machine may be busy, hence the long `stale_after`.
+"""
+
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from bathbot_bringup.sim.emulator import Emulator
+from bathbot_bringup.sim.emulator_settings import EmulatorSettings
+from bathbot_bringup.sim.emulator_surface import PlaneSurface
+from bathbot_scrub.rm65.approach import Request
+from bathbot_scrub.rm65.driver import ArmDriver
+from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.rm65.motion import retreated
+from bathbot_scrub.rm65.segment_queue import Segment
+
+AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
+SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))
+TARGET = np.eye(4)
+TARGET[:3, :3] = np.stack([np.cross(SIDE, AXIS), SIDE, AXIS], axis=-1)
+TARGET[:3, 3] = 0.54, -0.05, 0.2
+REGION = "Trunk_skin"
+# the arm is at home a little behind the stand-off, to save time
+SOLUTIONS = solve_head(Kinematics("6F"), retreated(TARGET, 0.10))
+READY_DEG = tuple(np.degrees(nearest(SOLUTIONS, np.radians([0, -40, -100, 0, 60, 0]))).tolist())
+
+
+@dataclass
+class Wall:
+    """A wall through the target; a positive shift [m] brings it nearer to the arm."""
+
+    shift: float = 0.0
+    plane: PlaneSurface = field(init=False)
+
+    def __post_init__(self):
+        self.plane = PlaneSurface(tuple(-AXIS), float(-AXIS @ TARGET[:3, 3]), REGION, lambda t: self.shift)
+
+    def distance(self, origins, directions, t):
+        return self.plane.distance(origins, directions, t)
+
+
+def until(condition, timeout=20.0):
+    deadline = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < deadline, "not in time"
+        time.sleep(0.01)
+
+
+class Cell:
+    """Emulator, wall, driver, and what was logged."""
+
+    def __init__(self, **settings):
+        self.wall, self.log = Wall(), []
+        values = {"udp_port": 0, "stale_after": 2.0, "joint_speed": 2.0, "joint_acceleration": 6.0,
+                  "approach_speed": 0.05, "home_deg": READY_DEG} | settings  # fmt: skip
+        self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=values["home_deg"]), self.wall)
+        values["port"] = self.emulator.port
+        self.driver = ArmDriver(DriverSettings(**values), self.log.append)
+
+    def state(self):
+        return self.driver.snapshot().state
+
+    def approach(self, **changes):
+        return self.driver.approach(Request(**{"T_base_target": TARGET, "region": REGION} | changes))
+
+    def gap(self):
+        """Distance of the true head from the wall [m]; negative when pressed."""
+        return float(AXIS @ (TARGET[:3, 3] - self.emulator.truth().T_base_head[:3, 3])) - self.wall.shift
+
+    def close(self):
+        self.driver.close()
+        self.emulator.close()
+
+
+@contextmanager
+def running(**settings):
+    cell = Cell(**settings)
+    try:
+        until(lambda: cell.driver.snapshot().connected)
+        yield cell
+    finally:
+        cell.close()
+
+
+def segments(count=3, speed=0.10, depth=0.005):
+    """Straight paths of 20 mm pieces along y of the head, from just beside the target."""
+    result = []
+    for index in range(count):
+        poses = np.tile(TARGET, (11, 1, 1))
+        along = 0.02 * index - 0.01 + np.linspace(0.0, 0.02, 11)
+        poses[:, :3, 3] += along[:, None] * SIDE + depth * AXIS
+        result.append(Segment(7, index, index == count - 1, REGION, poses, speed))
+    return result

@@ -1,0 +1,109 @@
+import os
+import subprocess
+import sys
+
+import pytest
+from bathbot_bringup.errors import BagError
+from bathbot_bringup.processes import node_environment
+from bathbot_bringup.recorder import Recorder, Topic
+from bathbot_bringup.replayer import Message, choose_topics, has_pictures, messages_of, pace
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import Image
+
+from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets
+
+KINDS = {
+    "/arm_state": ("bathbot_msgs/msg/ArmState", ArmState()),
+    "/contact_targets": (
+        "bathbot_msgs/msg/ContactTargets", ContactTargets(targets=[ContactTarget(region="Trunk_skin")] * 2),
+    ),
+    "/camera/camera/color/image_raw": ("sensor_msgs/msg/Image", Image(data=b"123")),
+    "/camera/camera/depth/image_rect_raw": ("sensor_msgs/msg/Image", Image(data=b"12")),
+    "/rosout": ("rcl_interfaces/msg/Log", None),
+}  # fmt: skip
+
+
+def bag_of(target, *topics, count=40):
+    recorder = Recorder(target)
+    for topic in topics:
+        kind, message = KINDS[topic]
+        recorder.add(Topic(topic, kind, []))
+        for index in range(count if message is not None else 0):
+            recorder.put(topic, 10**9 + 50_000_000 * index, serialize_message(message))
+    recorder.close()
+    return target
+
+
+def names(topics):
+    return {topic.name for topic in topics}
+
+
+def test_with_pictures_the_pipelines_own_topics_are_made_anew(tmp_path):
+    bag = bag_of(tmp_path / "bag", *KINDS)
+    assert names(choose_topics(bag, True)) == set(KINDS) - {"/contact_targets", "/rosout"}
+    assert names(choose_topics(bag, False)) == set(KINDS) - {"/rosout"}
+
+
+def test_without_pictures_everything_is_published(tmp_path):
+    bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")
+    assert names(choose_topics(bag, True)) == {"/arm_state", "/contact_targets"}
+
+
+def test_an_empty_bag_says_so(tmp_path):
+    with pytest.raises(BagError, match="holds no messages"):
+        choose_topics(bag_of(tmp_path / "bag"), True)
+
+
+def test_one_kind_of_picture_is_not_enough():
+    assert not has_pictures(["/camera/camera/color/image_raw"])
+    assert has_pictures(["/left/camera/color/image_raw", "/left/camera/depth/image_rect_raw"])
+
+
+def test_messages_come_in_order_and_whole(tmp_path):
+    bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")
+    messages = list(messages_of(bag, choose_topics(bag, True)))
+    assert len(messages) == 80
+    assert [message.time for message in messages] == sorted(message.time for message in messages)
+    targets = next(message for message in messages if message.topic == "/contact_targets")
+    assert deserialize_message(targets.data, ContactTargets) == KINDS["/contact_targets"][1]
+
+
+@settings(deadline=None)
+@given(steps=st.lists(st.integers(0, 10**9), max_size=20), rate=st.floats(0.1, 10.0))
+def test_messages_are_given_when_they_are_due(steps, rate):
+    clock, given_at = [0.0], []
+    stamps = [10**18 + sum(steps[: i + 1]) for i in range(len(steps))]
+
+    def wait(seconds):
+        clock[0] += seconds
+        return False
+
+    for message in pace((Message("/x", stamp, b"") for stamp in stamps), rate, wait, lambda: clock[0]):
+        given_at.append((message.time, clock[0]))
+    for stamp, at in given_at:
+        assert at == pytest.approx((stamp - stamps[0]) * 1e-9 / rate, abs=1e-6)
+    assert len(given_at) == len(stamps)
+
+
+def test_a_replay_can_be_ended():
+    messages = (Message("/x", stamp, b"") for stamp in range(10))
+    assert list(pace(messages, 1.0, lambda seconds: True)) == []
+
+
+def test_a_bag_without_pictures_is_published_and_counted(tmp_path):
+    """The real replayer in a process of its own, heard over DDS."""
+    bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")
+    command = [sys.executable, "-m", "bathbot_bringup.cli", "replay", str(bag)]
+    environment = node_environment(tmp_path) | {"ROS_DOMAIN_ID": str(1 + os.getpid() % 100)}
+    outcome = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert (outcome.returncode, outcome.stderr) == (0, "")
+    assert "holds no pictures" in outcome.stdout
+    counts = {
+        line.split(maxsplit=1)[1]: int(line.split()[0])
+        for line in outcome.stdout.splitlines()
+        if "  /" in line
+    }
+    assert counts["/arm_state"] >= 38
+    assert counts["/contact_targets: Trunk_skin"] == 2 * counts["/contact_targets"]
