@@ -16,7 +16,7 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
-    description="Turns skin regions and depth into contact targets in the frame of the robot; hand-eye calibration.",
+    description="Turns skin regions and depth into contact targets; hand-eye calibration.",
     maintainer="The bathbot maintainers",
     maintainer_email="maintainers@bathbot.invalid",
     license="Apache-2.0",

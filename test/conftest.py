@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+
+from bathbot_depthcorr import stage_node
 
 
 class Graph:

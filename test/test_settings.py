@@ -26,7 +26,11 @@ def settings_type(module_name: str) -> type:
     """The dataclass that a node hands to StageNode, read from its source: importing runs nothing."""
     module = importlib.import_module(module_name)
     for call in ast.walk(ast.parse(Path(module.__file__).read_text(encoding="utf-8"))):
-        if isinstance(call, ast.Call) and ast.unparse(call.func) == "super().__init__" and len(call.args) >= 2:
+        if (
+            isinstance(call, ast.Call)
+            and ast.unparse(call.func) == "super().__init__"
+            and len(call.args) >= 2
+        ):
             return getattr(module, ast.unparse(call.args[1]))
     raise AssertionError(f"{module_name} has no StageNode")
 
@@ -45,10 +49,14 @@ def test_yaml_and_dataclass_have_the_same_keys(node):
 
 @pytest.mark.parametrize("node", NODES)
 def test_the_yaml_is_accepted(node):
-    values = {key: tuple(value) if isinstance(value, list) else value for key, value in parameters(node).items()}
+    values = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in parameters(node).items()
+    }
     settings_type(NODES[node])(**values)
 
 
 @pytest.mark.parametrize("node", NODES)
 def test_every_setting_says_what_it_means(node):
-    assert [field.name for field in fields(settings_type(NODES[node])) if not field.metadata.get("help")] == []
+    assert [
+        field.name for field in fields(settings_type(NODES[node])) if not field.metadata.get("help")
+    ] == []

@@ -49,7 +49,10 @@ class Bather:
         """Wait until the driver hears its controller."""
         step = bathing.CONNECT
         if not self._client.spin_until(lambda: self.arm.connected, step.timeout):
-            raise StepError(step.name, self._why("rm65_driver", "the driver hears no controller"))
+            heard = self.arm.header.frame_id or self.arm.reason
+            reason = self.arm.reason or "the driver hears no controller"
+            silent = "no arm_state is published; is rm65_driver running?"
+            raise StepError(step.name, reason if heard else silent)
 
     def select(self) -> None:
         """Tell the localiser which region is wanted."""

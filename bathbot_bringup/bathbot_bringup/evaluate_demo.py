@@ -1,6 +1,7 @@
 """The demo over many seeds, one after the other, each in a program of its own."""
 
 import json
+import signal
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -10,9 +11,11 @@ from typing import Any
 from rich.console import Console
 
 from bathbot_bringup.demo_settings import DemoSettings
-from bathbot_bringup.processes import ProcessGroup, node_environment
+from bathbot_bringup.processes import Patience, ProcessGroup, node_environment
 from bathbot_bringup.result_file import write_json
 from bathbot_bringup.summary_table import print_spread, spread
+
+_PATIENCE: Patience = ((signal.SIGINT, 40.0), (signal.SIGKILL, 2.0))  # a demo ends its own processes first
 
 SettingsOf = Callable[[int, Path], DemoSettings]
 
@@ -34,7 +37,7 @@ def run_seed(settings: DemoSettings, logs: Path) -> dict[str, Any]:
         logs: Folder for what it prints.
     """
     command = [sys.executable, "-m", "bathbot_bringup.cli", *demo_arguments(settings)]
-    with ProcessGroup(logs, node_environment(logs)) as group:
+    with ProcessGroup(logs, node_environment(logs), _PATIENCE) as group:
         child = group.start(f"seed-{settings.seed}", command)
         child.process.wait()
         said = child.last_line()

@@ -72,13 +72,24 @@ def _end_with_parent() -> None:
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
 
 
+Patience = Sequence[tuple[signal.Signals, float]]
+"""Signals to send one after the other, and how long to wait after each [s]."""
+NODE_PATIENCE: Patience = ((signal.SIGINT, 8.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 2.0))
+
+
 class ProcessGroup:
     """Processes that live and end together; use it as a context manager."""
 
-    def __init__(self, logs: Path, environment: dict[str, str]) -> None:
-        """Remember where each process shall write its lines, one file per name."""
+    def __init__(self, logs: Path, environment: dict[str, str], patience: Patience = NODE_PATIENCE) -> None:
+        """Remember how to start and to end processes.
+
+        Args:
+            logs: Folder for the lines of each process, one file per name.
+            environment: Of every process.
+            patience: How they are ended: asked, urged, forced.
+        """
         logs.mkdir(parents=True, exist_ok=True)
-        self._logs, self._environment = logs, environment
+        self._logs, self._environment, self._patience = logs, environment, patience
         self.children: list[Child] = []
 
     def __enter__(self) -> "ProcessGroup":
@@ -145,22 +156,14 @@ class ProcessGroup:
                 )
             time.sleep(_POLL)
 
-    def stop(self, patience: Sequence[tuple[int, float]] = ()) -> None:
-        """End every process: ask, then insist, then force.
-
-        Args:
-            patience: Pairs of signal and seconds to wait after it; the default asks for 8 s, insists for 3 s.
-        """
+    def stop(self) -> None:
+        """End every process."""
         with _undisturbed():
-            self._stop(patience)
-
-    def _stop(self, patience: Sequence[tuple[int, float]]) -> None:
-        steps = patience or ((signal.SIGINT, 8.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 2.0))
-        for number, seconds in steps:
-            alive = [child for child in self.children if child.process.poll() is None]
-            for child in alive:
-                child.process.send_signal(number)
-            deadline = time.monotonic() + seconds
-            while any(child.process.poll() is None for child in alive) and time.monotonic() < deadline:
-                time.sleep(_POLL)
+            for number, seconds in self._patience:
+                alive = [child for child in self.children if child.process.poll() is None]
+                for child in alive:
+                    child.process.send_signal(number)
+                deadline = time.monotonic() + seconds
+                while any(child.process.poll() is None for child in alive) and time.monotonic() < deadline:
+                    time.sleep(_POLL)
         self.children.clear()

@@ -69,13 +69,15 @@ def test_a_child_that_is_never_ready_is_named(group):
         group.wait_until(lambda name: False, timeout=1.0)
 
 
-def test_stop_leaves_nothing_behind_even_of_the_stubborn(group):
+def test_stop_leaves_nothing_behind_even_of_the_stubborn(tmp_path):
+    patience = [(signal.SIGINT, 0.5), (signal.SIGTERM, 0.3), (signal.SIGKILL, 5.0)]
+    group = ProcessGroup(tmp_path, isolated_environment(99, tmp_path), patience)
     children = [
         group.start("polite", python("import time; time.sleep(60)")),
         group.start("stubborn", python(STUBBORN)),
     ]
     wait_for(lambda: children[1].last_line() == "up")
-    group.stop([(signal.SIGINT, 0.5), (signal.SIGTERM, 0.3), (signal.SIGKILL, 5.0)])
+    group.stop()
     assert [child.process.poll() for child in children] == [-signal.SIGINT, -signal.SIGKILL]
 
 

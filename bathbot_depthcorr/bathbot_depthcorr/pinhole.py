@@ -36,7 +36,7 @@ class Pinhole:
         sound = self.width > 0 and self.height > 0 and self.fx > 0.0 and self.fy > 0.0
         if not (sound and np.isfinite([self.fx, self.fy, self.cx, self.cy, *self.distortion]).all()):
             raise InvalidIntrinsicsError(
-                f"camera intrinsics {self.width}x{self.height}, fx {self.fx}, fy {self.fy} describe no camera; "
+                f"intrinsics {self.width}x{self.height}, fx {self.fx}, fy {self.fy} describe no camera; "
                 "is camera_info published by the camera driver?"
             )
 
