@@ -15,26 +15,24 @@ UPSTREAM = {
 }
 # The detector is a branch of its own: of the first stage it takes the frame of a node, nothing of depth.
 PERCEPTION_TAKES = {"errors", "newest_worker", "stage_node"}
-INTERFACES = set(
-    [
-        "action_msgs",
-        "bathbot_msgs",
-        "builtin_interfaces",
-        "diagnostic_msgs",
-        "geometry_msgs",
-        "lifecycle_msgs",
-        "nav_msgs",
-        "rcl_interfaces",
-        "realsense2_camera_msgs",
-        "rosgraph_msgs",
-        "sensor_msgs",
-        "std_msgs",
-        "std_srvs",
-        "tf2_msgs",
-        "trajectory_msgs",
-        "vision_msgs",
-    ]
-)
+INTERFACES = {
+    "action_msgs",
+    "bathbot_msgs",
+    "builtin_interfaces",
+    "diagnostic_msgs",
+    "geometry_msgs",
+    "lifecycle_msgs",
+    "nav_msgs",
+    "rcl_interfaces",
+    "realsense2_camera_msgs",
+    "rosgraph_msgs",
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "tf2_msgs",
+    "trajectory_msgs",
+    "vision_msgs",
+}
 MODULES = [
     module
     for package in UPSTREAM

@@ -69,6 +69,9 @@ def test_a_starved_path_waits_in_contact_and_goes_on(cell):
     cell.driver.follow(first)
     until(lambda: cell.driver.snapshot().reason == "waits for segments")
     assert cell.state() is State.CONTACT
+    with pytest.raises(NotReadyError, match="in order"):
+        cell.driver.follow(third)
+    assert "segment 2 was refused" in cell.driver.snapshot().reason
     cell.driver.follow(second)
     cell.driver.follow(third)
     until(lambda: cell.driver.snapshot().path_done)

@@ -4,6 +4,8 @@ python -m bathbot_perception.model_card docs/model_card.md "real photos"=/data/p
 """
 
 import argparse
+import csv
+import os
 import time
 from pathlib import Path
 
@@ -16,7 +18,6 @@ from bathbot_perception.evaluate import evaluate
 from bathbot_perception.letterbox import fit_input, letterbox
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 
-BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 TIMED_PICTURE = (480, 848)
 """Height and width of the picture that timing uses [px], a D455 colour stream."""
 
@@ -54,6 +55,7 @@ def timing_table(model: Path, rounds: int = 60) -> str:
         lines.append(
             f"| {threads} | {shape[3]}x{shape[2]} | {middle:.1f} | {late:.1f} | {1e3 / middle:.1f} |"
         )
+    lines += ["", f"Load of the machine (1-minute mean) when this was timed: {os.getloadavg()[0]:.1f}."]
     return "\n".join(lines)
 
 
@@ -73,20 +75,52 @@ def measure(data: dict[str, tuple[Path, str]], model: Path, curves: Path | None)
     return "\n\n".join([accuracy_table(reports), timing_table(model), size])
 
 
-def fill_card(card: Path, text: str) -> None:
-    """Replace what stands between the two marks of the card."""
+def training_summary(run: Path) -> str:
+    """Length and speed of a training run, from its `training.csv`.
+
+    Raises:
+        SettingsError: If the file is missing or empty.
+    """
+    log = run / "training.csv"
+    if not log.is_file():
+        raise SettingsError(f"there is no {log}; name the folder that training wrote to")
+    with log.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    if not rows:
+        raise SettingsError(f"{log} is empty; has training begun?")
+    speeds = np.array([float(row["images_per_s"]) for row in rows])
+    minutes, median = float(rows[-1]["minutes"]), np.median(speeds)
+    return (
+        f"{rows[-1]['step']} steps in {minutes:.0f} minutes of training; {median:.1f} pictures/s in the "
+        f"median, {speeds.min():.1f} to {speeds.max():.1f} because other programs ran beside it."
+    )
+
+
+def marks(part: str) -> tuple[str, str]:
+    """The lines round a part of the card."""
+    return f"<!-- {part}: begin -->", f"<!-- {part}: end -->"
+
+
+def fill_card(card: Path, part: str, text: str) -> None:
+    """Replace what stands between the two marks of a part.
+
+    Raises:
+        SettingsError: If the marks are not there once each.
+    """
     content = card.read_text(encoding="utf-8")
-    if content.count(BEGIN) != 1 or content.count(END) != 1:
-        raise SettingsError(f"{card} must hold the lines {BEGIN} and {END} once each")
-    before, rest = content.split(BEGIN)
-    card.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    begin, end = marks(part)
+    if content.count(begin) != 1 or content.count(end) != 1:
+        raise SettingsError(f"{card} must hold the lines {begin} and {end} once each")
+    before, rest = content.split(begin)
+    card.write_text(f"{before}{begin}\n{text}\n{end}{rest.split(end)[1]}", encoding="utf-8")
 
 
 def main() -> None:
     """Read the command line, measure, write."""
     parser = argparse.ArgumentParser(description="Measure a model and write the numbers into its card.")
     parser.add_argument("card", type=Path)
-    parser.add_argument("data", nargs="+", metavar="TITLE=FOLDER[:SPLIT]")
+    parser.add_argument("data", nargs="*", metavar="TITLE=FOLDER[:SPLIT]")
+    parser.add_argument("--run", type=Path, help="folder of the training run")
     parser.add_argument("--model", type=Path, default=DEFAULT_MODEL)
     parser.add_argument("--curves", type=Path, help="folder for precision-recall pictures")
     given = parser.parse_args()
@@ -96,7 +130,10 @@ def main() -> None:
         folder, _, split = place.partition(":")
         data[title] = (Path(folder), split or "all")
     try:
-        fill_card(given.card, measure(data, given.model, given.curves))
+        if given.run is not None:
+            fill_card(given.card, "training", training_summary(given.run))
+        if data:
+            fill_card(given.card, "measured", measure(data, given.model, given.curves))
     except PerceptionError as error:
         raise SystemExit(f"error: {error}") from error
 

@@ -155,6 +155,7 @@ class ScrubJob:
 
     def _follow(self, planner: PathPlanner) -> None:
         seen, self._moved = time.monotonic(), time.monotonic()
+        planner.map.watch_from(self._clock())
         while True:
             arm = self._wait()
             if self._at_end(planner, arm):

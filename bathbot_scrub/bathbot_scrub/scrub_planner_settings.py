@@ -34,7 +34,7 @@ class ScrubPlannerSettings:
     blend: float = _about(0.02, "of path over which a segment leaves the old surface for the new [m]")
 
     surface_max_age: float = _about(60.0, "of the surface seen before the arm came [s]")
-    lost_after: float = _about(2.0, "without skin in sight around the arm the target is lost [s]")
+    lost_after: float = _about(3.0, "without skin in sight around the arm the target is lost [s]")
     breath_window: float = _about(6.0, "of which the mean height of the skin is planned on [s]")
     breath_range: float = _about(0.004, "from that mean; skin farther off has moved for good [m]")
     max_shift: float = _about(0.02, "of the skin along its normal since the arm came [m]")

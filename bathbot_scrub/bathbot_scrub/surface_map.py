@@ -118,6 +118,11 @@ class SurfaceMap:
         if both.sum() >= self._settings.min_cells:
             offset = float(np.median((seen.height - self._height)[both]))
             self._levels.add(stamp, self.shift + offset)
+            self.moved = max(self.moved, stamp)
+
+    def watch_from(self, now: float) -> None:
+        """Begin to insist on seeing skin at time `now` [s]: the approach before it hid what it would."""
+        self.moved = max(self.moved, now)
 
     def demand_in_sight(self, now: float) -> None:
         """Raise TargetLostError when the motion of the skin was last told too long before `now` [s]."""

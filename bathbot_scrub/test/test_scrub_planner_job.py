@@ -130,6 +130,7 @@ def test_large_shift_loses_the_target():
 
 def test_unseen_skin_loses_the_target():
     rig = Rig()
+    rig.wait(lambda: rig.segments)
     rig.now = 10.0
     rig.wait(lambda: rig.outcome is not None)
     assert rig.end().code == Code.TARGET_LOST

@@ -83,9 +83,23 @@ def test_too_large_a_shift_loses_the_target():
 def test_skin_out_of_sight_is_lost_after_a_while(surface):
     skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
     assert skin.see(surface, 11.0).cells == 0
-    skin.demand_in_sight(11.9)
-    with pytest.raises(TargetLostError, match=r"was seen for 2\.5 s"):
-        skin.demand_in_sight(12.5)
+    skin.demand_in_sight(10.0 + SETTINGS.lost_after - 0.1)
+    with pytest.raises(TargetLostError, match=r"was seen for 3\.5 s"):
+        skin.demand_in_sight(13.5)
+
+
+def test_the_time_of_the_approach_does_not_lose_the_target():
+    skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
+    skin.watch_from(20.0)
+    skin.demand_in_sight(20.0 + SETTINGS.lost_after - 0.1)
+    with pytest.raises(TargetLostError):
+        skin.demand_in_sight(20.0 + SETTINGS.lost_after + 0.1)
+
+
+def test_a_recalled_surface_counts_as_seen():
+    skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
+    skin.recall(plane(out=0.001), 20.0)
+    skin.demand_in_sight(20.0 + SETTINGS.lost_after - 0.1)
 
 
 def test_no_skin_at_the_target_is_refused():

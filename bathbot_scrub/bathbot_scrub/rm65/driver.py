@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.rm65.approach import Approach, Request, Touch
 from bathbot_scrub.rm65.control_loop import ControlLoop, Kind, Retract
 from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.errors import ArmError, NotReadyError
 from bathbot_scrub.rm65.force_guard import ForceGuard, State
 from bathbot_scrub.rm65.force_limits import load_force_limits
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
@@ -75,6 +75,7 @@ class ArmDriver:
         )
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self._path: ScrubPath | None = None
+        self._refusal = ""  # why the newest segment was not taken
         self.loop.start()
         self.link.start(self.loop.connection_lost)
 
@@ -94,16 +95,12 @@ class ArmDriver:
             NotReadyError: Not in contact, out of order, or the queue is full.
             UnreachableError, InvalidPoseError: The segment is refused as a whole.
         """
-        path, loop = self._path, self.loop
-        if path is None or path.path_id != segment.path_id or segment.index == 0:
-            self._start_path(segment)
-            return
-        with loop.lock:
-            if path.queued_at(self._length(path)) >= self.settings.queue_length:
-                raise NotReadyError(f"{self.settings.queue_length} segments wait already; send fewer ahead")
-        longer = path.extend(segment)
-        with loop.lock:
-            loop.extend(longer)
+        try:
+            self._append(segment)
+            self._refusal = ""
+        except ArmError as error:
+            self._refusal = f"segment {segment.index} was refused: {error}"
+            raise
 
     def retract(self) -> None:
         """Leave along the outward normal at once.
@@ -178,7 +175,7 @@ class ArmDriver:
                 index, queued = path.segment_at(runner.length), path.queued_at(runner.length)
                 along, done = max(runner.length - path.lead_in, 0.0), path.finished and runner.at_end
                 if state is State.CONTACT and runner.at_end:
-                    reason = "path done" if done else "waits for segments"
+                    reason = "path done" if done else self._refusal or "waits for segments"
         reading = self.link.sense().reading
         connected = reading.connected and reading.age <= self.settings.stale_after
         if not (reason or connected):
@@ -205,6 +202,18 @@ class ArmDriver:
             self.loop.lock.wait_for(lambda: not self.loop.guard.moving, 1.0)
         self.loop.close()
         self.link.close()
+
+    def _append(self, segment: Segment) -> None:
+        path, loop = self._path, self.loop
+        if path is None or path.path_id != segment.path_id or segment.index == 0:
+            self._start_path(segment)
+            return
+        with loop.lock:
+            if path.queued_at(self._length(path)) >= self.settings.queue_length:
+                raise NotReadyError(f"{self.settings.queue_length} segments wait already; send fewer ahead")
+        longer = path.extend(segment)
+        with loop.lock:
+            loop.extend(longer)
 
     def _start_path(self, segment: Segment) -> None:
         region, loop = self.limits.region(segment.region), self.loop

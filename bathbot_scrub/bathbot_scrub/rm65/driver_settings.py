@@ -44,7 +44,7 @@ class DriverSettings:
     retract_speed: float = _about(0.25, "faster than a body moves towards the arm [m/s]")
     stale_after: float = _about(0.1, "age of the newest state at which the arm stops [s]")
     force_cutoff: float = _about(15.0, "of the low-pass on the wrench [Hz]")
-    publish_rate: float = _about(100.0, "of joint_states, wrench and tool_pose [Hz]")
+    publish_rate: float = _about(50.0, "of joint_states, wrench and tool_pose [Hz]")
 
     def __post_init__(self) -> None:
         """Refuse values no arm can meet."""
