@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from bathbot_bringup import bathing
 from bathbot_bringup.bathing_node import Bather
-from bathbot_bringup.errors import BringupError
+from bathbot_bringup.errors import BringupError, StepError
 from bathbot_bringup.stages import StageLog
 
 SCRUB_SPEED = 0.04  # [m/s] of the planner's default, to turn a time into a length
@@ -29,7 +29,7 @@ class BathingJob:
         self.sighting: bathing.Sighting | None = None
 
     def run(self) -> None:
-        """Do it; whatever goes wrong, the arm is told to stop before anything else ends.
+        """Do it. A step that fails makes the arm leave the skin; Ctrl-C or a dead node makes it stop.
 
         Raises:
             StepError: Names the step that failed.
@@ -38,6 +38,10 @@ class BathingJob:
             self._find()
             self._scrub()
             self._leave()
+        except StepError:
+            with suppress(BringupError):  # what failed first is what counts
+                self._bather.withdraw()
+            raise
         except BaseException:
             with suppress(BringupError):  # a dead driver cannot answer; its controller has stopped by itself
                 self._bather.stop_arm()

@@ -125,6 +125,14 @@ class Bather:
         if self.arm.state not in ends:
             raise StepError(step.name, self.arm.reason or "the arm stopped on the way")
 
+    def withdraw(self) -> None:
+        """Leave the skin after a step that failed, as far as the arm still can, and go home."""
+        leaving = ArmState.RETRACTING  # it has done so by itself after too high a force
+        self._client.spin_until(lambda: self.arm.state != leaving, bathing.RETRACT.timeout)
+        if self.arm.state in (ArmState.CONTACT, ArmState.HOLD):
+            self.retract()
+        self.home()
+
     def stop_arm(self) -> None:
         """Stop the arm where it is, now."""
         self._client.watch = lambda: None

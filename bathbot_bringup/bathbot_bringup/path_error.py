@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 _AGAIN = 0.5  # [s] within which the closest of several passings counts
 _REACH = 0.02  # [m] the actual path passes a planned pose within this distance, or does not pass it
+_LEAD = 0.03  # [m] the head may have travelled more than the planned path between two poses
+_AT = 0.001  # [m] a head that begins or ends so near the plane of a pose passes it without cutting it
 
 
 class PathError(NamedTuple):
@@ -48,17 +50,24 @@ def path_error(planned: ArrayLike, times: ArrayLike, actual: ArrayLike) -> PathE
     """
     planned, times = np.asarray(planned, dtype=float), np.asarray(times, dtype=float)
     actual = np.asarray(actual, dtype=float).reshape(-1, 3)
-    count = len(planned)
-    across, depth, when = (np.full(count, np.nan) for _ in range(3))
-    start = 0
+    distance, travelled = _lengths(planned[:, :3, 3]), _lengths(actual)
+    across, depth, when = (np.full(len(planned), np.nan) for _ in range(3))
+    start, last = 0, 0
     for index, (position, axes) in enumerate(zip(planned[:, :3, 3], travel_axes(planned), strict=True)):
-        seen = (actual[start:] - position) @ axes
-        passing = _passing(seen, times[start:])
+        # a later scan line may come near as well: only what the head did since the last pose can be meant
+        ahead = distance[index] - distance[last] + _LEAD
+        end = int(np.searchsorted(travelled, travelled[start] + ahead)) + 1 if len(actual) else 0
+        passing = _passing((actual[start:end] - position) @ axes, times[start:end])
         if passing is not None:
             across[index], depth[index], when[index] = passing.across, passing.depth, passing.time
-            start += passing.step
-    steps = np.linalg.norm(np.diff(planned[:, :3, 3], axis=0), axis=1) if count else np.zeros(0)
-    return PathError(across, depth, when, np.concatenate([[0.0], np.cumsum(steps)])[:count])
+            start, last = start + passing.step, index
+    return PathError(across, depth, when, distance)
+
+
+def _lengths(points: Array) -> Array:
+    """Length of a polyline up to each of its points [m], shape (N, 3) -> (N,)."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])[: len(points)]
 
 
 def travel_axes(planned: ArrayLike) -> Array:
@@ -98,7 +107,7 @@ def _passing(seen: Array, times: Array) -> _Passing | None:
         (along[:-1] <= 0.0) & (along[1:] > 0.0) & (np.abs(seen[:-1]).max(axis=1, initial=0.0) < _REACH)
     )
     if not len(steps):
-        return None
+        return _standing(seen, times)
     steps = steps[times[steps] <= times[steps[0]] + _AGAIN]
     share = -along[steps] / (along[steps + 1] - along[steps])
     at = seen[steps] + share[:, None] * (seen[steps + 1] - seen[steps])
@@ -106,3 +115,11 @@ def _passing(seen: Array, times: Array) -> _Passing | None:
     step = int(steps[best])
     time = times[step] + share[best] * (times[step + 1] - times[step])
     return _Passing(step, float(at[best, 0]), float(at[best, 2]), float(time))
+
+
+def _standing(seen: Array, times: Array) -> _Passing | None:
+    """Where the head, without cutting the plane of a pose, begins or ends next to it; None elsewhere."""
+    for step in (0, len(times) - 1) if len(times) else ():
+        if abs(seen[step, 1]) < _AT and np.abs(seen[step]).max() < _REACH:
+            return _Passing(step, float(seen[step, 0]), float(seen[step, 2]), float(times[step]))
+    return None

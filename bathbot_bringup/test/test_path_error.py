@@ -74,6 +74,26 @@ def test_a_neighbouring_scan_line_is_not_mistaken_for_the_own():
     assert not error.passed[51:].any()
 
 
+def test_a_later_line_does_not_stand_in_for_a_pose_passed_at_the_start():
+    """The head begins a hair beyond the first pose; the third line runs the same way, 15 mm beside it."""
+    there = straight(51)
+    back, again = there[::-1].copy(), there.copy()
+    back[:, 0, 3], again[:, 0, 3] = 0.04, 0.015
+    planned = np.concatenate([there, back, again])
+    dense = np.linspace(0.0, len(planned) - 1, 20 * len(planned))
+    actual = np.stack([np.interp(dense, np.arange(len(planned)), planned[:, axis, 3]) for axis in range(3)], 1)
+    error = path_error(planned, 0.002 * np.arange(len(actual) - 5), actual[5:])
+    assert error.passed.mean() > 0.95
+    assert np.nanmax(np.abs(error.across)) < 0.001
+
+
+def test_the_pose_on_which_the_head_comes_to_rest_is_passed():
+    poses = straight()
+    error = path_error(poses, 0.05 * np.arange(101), poses[:, :3, 3])
+    assert error.passed.all()
+    assert_allclose(error.across, 0.0, atol=1e-12)
+
+
 def test_the_direction_of_travel_is_that_of_the_positions():
     """A head that has not turned yet: its y lies across the travel, and what is across stays across."""
     poses = straight()

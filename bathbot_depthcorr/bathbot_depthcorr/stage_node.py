@@ -15,6 +15,9 @@ from typing import Any
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fastdds.xml")))
 os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+# Synchronous publishing waits for slow readers with the interpreter's lock held: a busy recorder would
+# stall the control loop of the arm.
+os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

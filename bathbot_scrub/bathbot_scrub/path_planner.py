@@ -70,6 +70,7 @@ class PathPlanner:
         field = self.map.field()
         self._tip, self._rotation = self._head_in_patch()
         self.poses = self._choose_path(field)
+        self._last = self.poses[0]
         self._index, self._given, self.length = 0, 0, 0.0
         self.finished = False
 
@@ -85,18 +86,14 @@ class PathPlanner:
         return min(self.length / max(self._settings.step * (len(self.poses) - 1), 1e-9), 1.0)
 
     def next_segment(self) -> Segment:
-        """Plan the next segment on the surface as known now.
-
-        Raises:
-            OutOfReachError: When the skin has moved so that the arm cannot follow any more.
-        """
+        """Plan the next segment on the surface as known now; it ends where the arm cannot follow any more."""
         count = self._settings.segment_points
         poses, self._joint, ends = self._shaper.lay(self._joint, self.map.field(), count)
         rest = len(self.poses) - self._given
         if rest <= len(poses) or (ends and len(poses) <= rest):
             poses, ends = poses[:rest], True
-        self._given += len(poses)
-        poses = self.grid.T_base_patch @ poses
+        poses, ends = self._cut(self.grid.T_base_patch @ poses, ends)
+        self._given, self._last = self._given + len(poses), poses[-1]
         segment = Segment(self._index, ends, poses, self.map.stamp)
         self._index, self.finished = self._index + 1, ends
         self.length += self._settings.step * (len(poses) - (segment.index == 0))
@@ -145,15 +142,33 @@ class PathPlanner:
     def _choose_path(self, field: HeightField) -> Array:
         """The path that washes most of the patch, as far as the arm can follow it.
 
+        It shall stay in reach when the skin moves by `reach_margin`; where so little is left that it
+        would be refused, it need only be in reach as the skin stands now.
+
         Returns:
             Poses in the base frame, shape (N, 4, 4).
 
         Raises:
             OutOfReachError: When even that washes too little of what could be washed without limits.
         """
-        settings, radius = self._settings, self._settings.brush_diameter / 2.0
+        settings = self._settings
         whole = choose_patch(field, settings)
         possible = max(candidate.worth for candidate in candidates(field, whole, settings))
+        for margin in (settings.reach_margin, 0.0):
+            best, reason, poses = self._best_path(field, whole, margin)
+            self.reached = best / max(possible, 1.0)
+            if self.reached >= settings.min_reach:
+                break
+        else:
+            reason = reason or "joint limits or length of the arm"
+            raise OutOfReachError(self.reached, settings.min_reach, reason)
+        if self._task.max_length > 0.0:
+            poses = poses[: int(self._task.max_length / settings.step) + 1]
+        return poses
+
+    def _best_path(self, field: HeightField, whole: Patch, margin: float) -> tuple[float, str, Array]:
+        """The path of most worth, why it ends where it ends, and its poses, shape (N, 4, 4)."""
+        settings, radius = self._settings, self._settings.brush_diameter / 2.0
         best, reason, poses = 0.0, "the arm cannot move on from the target", np.empty((0, 4, 4))
         for candidate in candidates(field, self._in_reach(field), settings):
             shaper = SegmentShaper(candidate.path, settings)
@@ -161,20 +176,33 @@ class PathPlanner:
                 break
             joint = shaper.start(field, self._tip, self._rotation)
             laid = self._whole(shaper, joint, field)
-            followed, why = (len(laid), "") if self._reach is None else self._reach.follow(laid)
+            followed, why = self._followed(laid, margin)
             plane = self.grid.to_patch(laid[:followed, :3, 3])[:, :2]
             worth = candidate.worth * washed(plane, whole, radius).sum()
             worth /= max(washed(candidate.path.plane, whole, radius).sum(), 1)
             if worth > best:
                 best, reason, poses = worth, why, laid[:followed]
                 self._shaper, self._joint, self.scan = shaper, joint, candidate.path
-        self.reached = best / max(possible, 1.0)
-        if self.reached < settings.min_reach:
-            reason = reason or "joint limits or length of the arm"
-            raise OutOfReachError(self.reached, settings.min_reach, reason)
-        if self._task.max_length > 0.0:
-            poses = poses[: int(self._task.max_length / settings.step) + 1]
-        return poses
+        return best, reason, poses
+
+    def _followed(self, poses: Array, margin: float) -> tuple[int, str]:
+        """How many poses the arm can follow with the skin up to `margin` [m] off, and why it ends there."""
+        if self._reach is None:
+            return len(poses), ""
+        ends = []
+        for depth in dict.fromkeys((0.0, margin, -margin)):
+            moved = poses.copy()
+            moved[:, :3, 3] += depth * poses[:, :3, 2]
+            ends.append(self._reach.follow(moved))
+        return min(ends)
+
+    def _cut(self, poses: Array, ends: bool) -> tuple[Array, bool]:
+        """End the path where the skin, as it has moved, takes it out of reach."""
+        held = self._reach.holds(poses) if self._reach is not None else np.ones(len(poses), dtype=bool)
+        if held.all():
+            return poses, ends
+        count = int(np.argmin(held))
+        return (poses[:count] if count else self._last[None]), True
 
     def _whole(self, shaper: SegmentShaper, joint: Joint, field: HeightField) -> Array:
         """The path as it would be if the skin stood still from now on, base frame, shape (N, 4, 4)."""

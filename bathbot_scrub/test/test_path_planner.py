@@ -127,6 +127,26 @@ def test_path_is_trimmed_to_what_is_in_reach(side):
     assert 0.4 < planner.reached < 0.8
 
 
+@pytest.mark.parametrize("left", [0.0, 0.02])
+def test_path_ends_where_the_skin_has_moved_out_of_reach(left):
+    class Shrinking(HalfReach):
+        limit = np.inf
+
+        def holds(self, poses, easily=False):
+            return poses[:, 1, 3] < self.limit
+
+    reach = Shrinking(1.0)
+    planner = PathPlanner(Task(cylinder(), 0.0, target()), SETTINGS, reach)
+    segments = [planner.next_segment()]
+    reach.limit = segments[0].poses[-1, 1, 3] + left
+    while not planner.finished:
+        segments.append(planner.next_segment())
+    assert segments[-1].last
+    assert all(reach.holds(segment.poses).all() for segment in segments[1:-1])
+    assert np.isfinite(segments[-1].poses).all()
+    assert len(segments[-1].poses) > 0
+
+
 def test_too_little_in_reach_is_refused():
     class Nothing(HalfReach):
         def holds(self, poses, easily=False):

@@ -1,6 +1,5 @@
 """Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and their true contact."""
 
-import os
 import sys
 
 import numpy as np
@@ -82,8 +81,6 @@ def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter with the executor
     prefer_process()
-    # a publisher that waits for a slow reader would hold the interpreter, and with it the clocked thread
-    os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
     run(SimRm65)
 
 

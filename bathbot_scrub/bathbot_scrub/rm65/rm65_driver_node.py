@@ -1,6 +1,5 @@
 """Node `rm65_driver`: the arm on the graph. Decodes, calls `ArmDriver`, encodes."""
 
-import os
 import sys
 import threading
 from collections.abc import Callable
@@ -182,8 +181,6 @@ def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
     prefer_process()
-    # a publisher that waits for a slow reader would hold the interpreter, and with it the control loop
-    os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
     run(Rm65Driver)
 
 
