@@ -55,7 +55,7 @@ class StageNode(LifecycleNode):
     def __init__(self, name: str, settings_type: type) -> None:
         """Declare a parameter for each field of `settings_type`, a dataclass with defaults."""
         super().__init__(name)
-        self._settings_type = settings_type
+        self._settings_type, self._is_set_up = settings_type, False
         self.declare_parameter("autostart", True)
         for field in fields(settings_type):
             default = field.default if field.default is not MISSING else field.default_factory()
@@ -76,7 +76,7 @@ class StageNode(LifecycleNode):
         """Undo `start`; runs on deactivate and at the end."""
 
     def teardown(self) -> None:
-        """Undo `setup`; runs on cleanup and at the end."""
+        """Undo `setup`; runs on cleanup and at the end, if `setup` came to its end."""
 
     def read_settings(self) -> Any:
         """Build the settings from the parameters.
@@ -111,7 +111,9 @@ class StageNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the parameters and set up."""
-        return self._attempt("configured", lambda: self.setup(self.read_settings()))
+        result = self._attempt("configured", lambda: self.setup(self.read_settings()))
+        self._is_set_up = result == TransitionCallbackReturn.SUCCESS
+        return result
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start to work."""
@@ -126,19 +128,24 @@ class StageNode(LifecycleNode):
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of what `setup` loaded."""
-        return self._attempt("not configured", self.teardown)
+        return self._attempt("not configured", self._tear_down)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop from any state."""
         if state.label == "active":
             self._attempt("inactive", self.stop)
-        return self._attempt("shut down", self.teardown)
+        return self._attempt("shut down", self._tear_down)
 
     def end(self) -> None:
         """Leave in order, from whatever state the node is in."""
         if self._state_machine.current_state[1] in ("unconfigured", "inactive", "active"):
             self.trigger_shutdown()
         self.destroy_node()
+
+    def _tear_down(self) -> None:
+        if self._is_set_up:
+            self._is_set_up = False
+            self.teardown()
 
     def _attempt(self, reached: str, action: Any) -> TransitionCallbackReturn:
         try:

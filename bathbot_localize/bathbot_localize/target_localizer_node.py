@@ -93,10 +93,8 @@ class TargetLocalizer(StageNode):
 
     def teardown(self) -> None:
         """Let the publishers go."""
-        if hasattr(self, "_session"):
-            for publisher in (self._targets, self._surface, self._static):
-                self.destroy_publisher(publisher)
-            del self._session
+        for publisher in (self._targets, self._surface, self._static):
+            self.destroy_publisher(publisher)
 
     def _take_transforms(self, message: TFMessage, static: bool) -> None:
         for entry in transforms_from_tf(message):

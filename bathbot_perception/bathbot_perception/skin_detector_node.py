@@ -52,10 +52,9 @@ class SkinDetector(StageNode):
 
     def teardown(self) -> None:
         """Let the model go."""
-        if hasattr(self, "_detector"):
-            self.destroy_publisher(self._regions)
-            self.destroy_publisher(self._labels)
-            del self._detector
+        self.destroy_publisher(self._regions)
+        self.destroy_publisher(self._labels)
+        del self._detector
 
     def _detect(self, image: Image) -> None:
         begun = time.monotonic()

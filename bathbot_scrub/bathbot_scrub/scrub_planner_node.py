@@ -84,11 +84,9 @@ class ScrubPlanner(StageNode):
 
     def teardown(self) -> None:
         """Let publishers and client go."""
-        if hasattr(self, "_segments"):
-            self.destroy_publisher(self._segments)
-            self.destroy_publisher(self._path)
-            self.destroy_client(self._pause)
-            del self._segments
+        self.destroy_publisher(self._segments)
+        self.destroy_publisher(self._path)
+        self.destroy_client(self._pause)
 
     def _on_targets(self, message: ContactTargets) -> None:
         self._before.see_targets(targets_by_region(message), stamp_seconds(message.header.stamp))

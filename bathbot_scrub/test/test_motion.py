@@ -207,6 +207,17 @@ def test_most_places_in_front_of_the_arm_have_a_way():
     assert found >= 54
 
 
+def test_the_way_home_from_a_far_chest_with_the_wrist_wound_up():
+    """Where folding the arm with the wrist as it stands would push the head at the person."""
+    start = np.radians([53.46, -68.546, -13.697, -68.816, -111.569, 339.287])
+    path = PLANNER.to_home(start)
+    assert_allclose(path.joints[-1], HOME, atol=1e-9)
+    side = retreated(ARM.head(start), -0.03)
+    frames = ARM.link_frames(path.joints)
+    heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+    assert (heads @ side[:3, 2]).max() - side[:3, 2] @ side[:3, 3] < 0.021
+
+
 def test_a_target_out_of_reach_says_where():
     with pytest.raises(UnreachableError, match=r"\(1\.000, 0\.000, 0\.200\) m"):
         PLANNER.to_pose(HOME, facing((1.0, 0.0, 0.2)))

@@ -73,18 +73,17 @@ class SimCamera(StageNode):
 
     def teardown(self) -> None:
         """Let the scene go."""
-        if hasattr(self, "_camera"):
-            for publisher in (
-                self._colour,
-                self._colour_info,
-                self._depth,
-                self._depth_info,
-                self._extrinsics,
-                self._static,
-                self._temperatures,
-            ):
-                self.destroy_publisher(publisher)
-            del self._camera
+        for publisher in (
+            self._colour,
+            self._colour_info,
+            self._depth,
+            self._depth_info,
+            self._extrinsics,
+            self._static,
+            self._temperatures,
+        ):
+            self.destroy_publisher(publisher)
+        del self._camera
 
     def _now(self) -> float:
         return self.get_clock().now().nanoseconds * 1e-9

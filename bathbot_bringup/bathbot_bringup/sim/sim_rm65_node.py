@@ -46,9 +46,7 @@ class SimRm65(StageNode):
 
     def teardown(self) -> None:
         """Let the topic go."""
-        if hasattr(self, "_contact"):
-            self.destroy_publisher(self._contact)
-            del self._contact
+        self.destroy_publisher(self._contact)
 
     def _publish(self) -> None:
         truth = self._emulator.truth()

@@ -5,6 +5,7 @@ through free air must stay on the arm's side of the plane through its end neares
 """
 
 from dataclasses import dataclass
+from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +28,7 @@ _ROOM, _ROOM_WEIGHT = (
     0.7,
     10.0,
 )  # [rad] wanted about a posture that paths begin from; its worth against travel
+_GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wrist
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
@@ -114,28 +116,46 @@ class Planner:
         raise first or UnreachableError("no way")
 
     def _folding(self, near: Array, far: Array, side: Array) -> list[Array]:
-        """Joints to pass between two postures: none where the head makes no detour, else the arm folded."""
+        """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
+
+        Where the wrist cannot stay as it is while the arm folds, base, arm and wrist move one after
+        the other, in the first order that is clear.
+        """
         if not self._obstacle(near, far, side):
             return []
         folded_near = np.concatenate([self.home[:3], near[3:]])
         folded_far = np.concatenate([self.home[:3], far[3:]])
-        for begin, end in ((near, folded_near), (folded_far, far)):
-            if why := self._obstacle(begin, end, side):
-                raise UnreachableError(why)
-        return [folded_near, folded_far]
+        reasons = [self._obstacle(*leg, side) for leg in ((near, folded_near), (folded_far, far))]
+        if not any(reasons):
+            return [folded_near, folded_far]
+        ends = np.stack([near, far])
+        for order in permutations(_GROUPS):
+            way = [near]
+            for group in order[:-1]:
+                way.append(way[-1].copy())
+                way[-1][group] = far[group]
+            if not any(self._obstacle(*leg, side, ends) for leg in pairwise([*way, far])):
+                return way[1:]
+        raise UnreachableError(next(filter(None, reasons)))
 
     def _room(self, joints: Array) -> Array:
         """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
         room = np.minimum(self.limits.upper - joints, joints - self.limits.lower).min(-1)
         return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)
 
-    def _obstacle(self, start: Array, goal: Array, side: Array) -> str:
-        """Say why a straight way in joint space is not clear; empty when it is."""
+    def _obstacle(self, start: Array, goal: Array, side: Array, ends: Array | None = None) -> str:
+        """Say why a straight way in joint space is not clear; empty when it is.
+
+        Args:
+            start: Joints [rad], shape (6,).
+            goal: Likewise.
+            side: Head pose whose plane across z no link shall pass, (4, 4).
+            ends: Postures (N, 6) that may pass it, since they are given; start and goal if left out.
+        """
         joints = start + np.linspace(0.0, 1.0, 40)[:, None] * (goal - start)
-        frames = self.kinematics.link_frames(joints)
-        heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
-        points = np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2]
-        allowed = max(float(side[:3, 2] @ side[:3, 3]), float(points[[0, -1]].max()))
+        points, heads = self._towards(joints, side)
+        given = points[[0, -1]] if ends is None else self._towards(ends, side)[0]
+        allowed = max(float(side[:3, 2] @ side[:3, 3]), float(given.max()))
         if points.max() - allowed > _PLANE_SLACK:
             return f"the arm would pass its end by {(points.max() - allowed) * 1e3:.0f} mm towards the person"
         way = float(np.linalg.norm(np.diff(heads, axis=0), axis=1).sum())
@@ -143,6 +163,12 @@ class Planner:
         if way > _DETOUR * straight + _DETOUR_FREE:
             return f"the head would travel {way:.2f} m for {straight:.2f} m"
         return ""
+
+    def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
+        """How far wrist and head lie along z of `side` [m], (N, 5), and the heads, (N, 3), of joints (N, 6)."""
+        frames = self.kinematics.link_frames(joints)
+        heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+        return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
 
     def tool_path(
         self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP

@@ -87,9 +87,8 @@ class Rm65Driver(StageNode):
 
     def teardown(self) -> None:
         """Let the topics go."""
-        for publisher in getattr(self, "_outputs", ()):
+        for publisher in self._outputs:
             self.destroy_publisher(publisher)
-        self._outputs = ()
 
     def _warn(self, line: str) -> None:
         self.get_logger().warning(line)
