@@ -81,7 +81,8 @@ def test_a_later_line_does_not_stand_in_for_a_pose_passed_at_the_start():
     back[:, 0, 3], again[:, 0, 3] = 0.04, 0.015
     planned = np.concatenate([there, back, again])
     dense = np.linspace(0.0, len(planned) - 1, 20 * len(planned))
-    actual = np.stack([np.interp(dense, np.arange(len(planned)), planned[:, axis, 3]) for axis in range(3)], 1)
+    places = np.arange(len(planned))
+    actual = np.stack([np.interp(dense, places, planned[:, axis, 3]) for axis in range(3)], axis=1)
     error = path_error(planned, 0.002 * np.arange(len(actual) - 5), actual[5:])
     assert error.passed.mean() > 0.95
     assert np.nanmax(np.abs(error.across)) < 0.001

@@ -1,6 +1,6 @@
 """From one pair of pictures to contact targets and to the surface of a region, in the base frame."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,12 @@ from bathbot_localize.surface_fit import DegenerateSurfaceError, fit_surface
 from bathbot_localize.surface_smoothing import smooth_inverse_depth
 from bathbot_localize.target import Target, target_from_fit
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
+from bathbot_localize.workspace import Workspace
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_WORKSPACE = Workspace()
+_SURROUNDINGS = 3.0  # side of what must be workable about a target, in radii of its disc
 _CHOICE_STRIDE = 2  # [px] the target pixel is chosen on a grid this coarse
 _LEAST_AGREEMENT = 0.6  # share of a disc's points that must lie on the fitted surface
 _WORTH = 0.5  # of several regions of one name, those with this share of the best score count
@@ -78,7 +82,7 @@ def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin:
 
 
 def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) -> Target:
-    """The contact target of one region.
+    """The contact target of one region: the middle of its box, or the nearest place that the arm can work on.
 
     Raises:
         LocalizeError: When the region has no place to touch; the message says why.
@@ -89,13 +93,26 @@ def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) 
     skin = skin_layer(depth)
     layer = (depth[skin].min(), depth[skin].max()) if skin.any() else (np.nan, np.nan)
     flat = skin & away_from_edges(depth, _CHOICE_STRIDE)
+    around = max(int(_SURROUNDINGS * settings.disc_radius_px / _CHOICE_STRIDE), 3)
+    workable = flat & _WORKSPACE.workable(patch.points, frame.T_base_colour, around)
     refusals = []
-    for disc in candidate_discs(flat, patch.u, patch.v, region.centre, settings.disc_radius_px):
-        try:
-            return _target_of_disc(frame, region, disc, layer, settings)
-        except (RoughSurfaceError, DegenerateSurfaceError) as error:
-            refusals.append(error)
+    for places in (workable, flat) if workable.any() else (flat,):
+        for disc in _discs(places, patch, region, settings, refusals):
+            try:
+                return _target_of_disc(frame, region, disc, layer, settings)
+            except (RoughSurfaceError, DegenerateSurfaceError) as error:
+                refusals.append(error)
     raise refusals[0]
+
+
+def _discs(
+    places: Mask, patch: Patch, region: SkinRegion, settings: TargetLocalizerSettings, refusals: list
+) -> Iterator[Disc]:
+    """Discs to try, the best first; where there is none, the reason goes to `refusals`."""
+    try:
+        yield from candidate_discs(places, patch.u, patch.v, region.centre, settings.disc_radius_px)
+    except NoSkinError as error:
+        refusals.append(error)
 
 
 def locate_all(frame: Frame, regions: list[SkinRegion], settings: TargetLocalizerSettings) -> Localised:

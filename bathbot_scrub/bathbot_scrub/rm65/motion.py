@@ -165,7 +165,7 @@ class Planner:
         return ""
 
     def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
-        """How far wrist and head lie along z of `side` [m], (N, 5), and the heads, (N, 3), of joints (N, 6)."""
+        """How far wrist and head lie along z of `side` [m], (N, 5), and heads, (N, 3), of joints (N, 6)."""
         frames = self.kinematics.link_frames(joints)
         heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
         return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
