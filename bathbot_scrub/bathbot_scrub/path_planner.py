@@ -193,15 +193,14 @@ class PathPlanner:
         for depth in dict.fromkeys((0.0, margin, -margin)):
             moved = poses.copy()
             moved[:, :3, 3] += depth * poses[:, :3, 2]
-            ends.append(self._reach.follow(moved))
+            ends.append(self._reach.follow(moved, easily=margin > 0.0))
         return min(ends)
 
     def _cut(self, poses: Array, ends: bool) -> tuple[Array, bool]:
         """End the path where the skin, as it has moved, takes it out of reach."""
-        held = self._reach.holds(poses) if self._reach is not None else np.ones(len(poses), dtype=bool)
-        if held.all():
+        count = len(poses) if self._reach is None else self._reach.advance(poses)
+        if count == len(poses):
             return poses, ends
-        count = int(np.argmin(held))
         return (poses[:count] if count else self._last[None]), True
 
     def _whole(self, shaper: SegmentShaper, joint: Joint, field: HeightField) -> Array:

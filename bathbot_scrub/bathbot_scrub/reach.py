@@ -7,11 +7,12 @@ from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head, wrap
 from bathbot_scrub.rm65.joint_path import densify, solve_path
 from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _OFF_LIMITS = np.radians(5.0)  # [rad] from the limit of a joint
+_CAREFUL = JointLimits(RM65_LIMITS.lower + _OFF_LIMITS, RM65_LIMITS.upper - _OFF_LIMITS)
 _OFF_STRAIGHT = np.sin(np.radians(4.0))  # of joint 5
 
 
@@ -22,6 +23,7 @@ class Reach:
         """Stand on the branch of the given joint angles [rad], shape (6,)."""
         self._kinematics = kinematics
         self._joints = np.asarray(joints, dtype=float)
+        self._last: Array | None = None
         solutions = solve_head(kinematics, kinematics.head(self._joints))
         chosen = nearest(solutions, self._joints)
         self._branch = int(np.nanargmin(np.abs(wrap(solutions - chosen)).max(axis=-1)))
@@ -40,17 +42,52 @@ class Reach:
         bent = np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT
         return RM65_LIMITS.contain(solutions, _OFF_LIMITS) & bent
 
-    def follow(self, poses: ArrayLike) -> tuple[int, str]:
+    def follow(self, poses: ArrayLike, easily: bool = False) -> tuple[int, str]:
         """How many head poses, shape (N, 4, 4), the arm can follow one after the other from where it stands.
+
+        Args:
+            poses: T_base_head.
+            easily: Only as far as all joints stay off their limits.
 
         Returns:
             Their number, and why it ends there: empty when it can follow all.
         """
+        try:
+            self._solve(np.asarray(poses, dtype=float), self._joints, _CAREFUL if easily else RM65_LIMITS)
+        except _CutShortError as cut:
+            return cut.count, str(cut)
+        return len(poses), ""
+
+    def advance(self, poses: ArrayLike) -> int:
+        """How many more poses, shape (N, 4, 4), the arm can follow after those before; goes on to there."""
         poses = np.asarray(poses, dtype=float)
+        before = [] if self._last is None else [self._last]
+        count = len(poses)
+        while count:
+            knots = np.stack([*before, *poses[:count]])
+            try:
+                self._joints = self._solve(knots, self._joints, RM65_LIMITS)
+            except _CutShortError as cut:
+                count = min(count - 1, max(cut.count - len(before), 0))
+            else:
+                self._last = knots[-1]
+                break
+        return count
+
+    def _solve(self, poses: Array, seed: Array, limits: JointLimits) -> Array:
+        """Joints [rad], shape (6,), at the last of head poses, shape (N, 4, 4), or a _CutShortError."""
         lengths, dense = densify(poses)  # as the driver does: a joint may turn fast between two poses
         try:
-            solve_path(self._kinematics, dense, self._joints)
+            return solve_path(self._kinematics, dense, seed, limits)[-1]
         except UnreachableError as error:
             moved = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
-            return int(np.searchsorted(np.cumsum(moved), lengths[error.index])), str(error)
-        return len(poses), ""
+            count = int(np.searchsorted(np.cumsum(moved), lengths[error.index]))
+            raise _CutShortError(count, str(error)) from error
+
+
+class _CutShortError(Exception):
+    """A path that can be followed for `count` poses only."""
+
+    def __init__(self, count: int, why: str) -> None:
+        self.count = count
+        super().__init__(why)

@@ -57,3 +57,20 @@ def test_easy_reach_leaves_out_the_straight_wrist():
     pose = ARM.head(straight)[None]
     assert reach.holds(pose).all()
     assert not reach.holds(pose, easily=True).any()
+
+
+def test_advancing_piece_by_piece_goes_as_far_as_following_all_at_once():
+    kinematics = Kinematics("6F")
+    start = np.radians([10.0, -60.0, -60.0, -20.0, 50.0, 20.0])
+    poses = np.tile(kinematics.head(start), (120, 1, 1))
+    poses[:, :3, 3] += 0.002 * np.arange(120)[:, None] * poses[0, :3, 1]
+    count, why = Reach(kinematics, start).follow(poses)
+    assert 10 < count < 120
+    assert why
+    walker, done = Reach(kinematics, start), 0
+    for piece in np.split(poses, 6):
+        taken = walker.advance(piece)
+        done += taken
+        if taken < len(piece):
+            break
+    assert abs(done - count) <= 1
