@@ -81,7 +81,9 @@ def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin:
     return patch
 
 
-def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) -> Target:
+def locate(
+    frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings, workspace: Workspace = _WORKSPACE
+) -> Target:
     """The contact target of one region: the middle of its box, or the nearest place that the arm can work on.
 
     Raises:
@@ -94,7 +96,7 @@ def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) 
     layer = (depth[skin].min(), depth[skin].max()) if skin.any() else (np.nan, np.nan)
     flat = skin & away_from_edges(depth, _CHOICE_STRIDE)
     around = max(int(_SURROUNDINGS * settings.disc_radius_px / _CHOICE_STRIDE), 3)
-    workable = flat & _WORKSPACE.workable(patch.points, frame.T_base_colour, around)
+    workable = flat & workspace.workable(patch.points, frame.T_base_colour, around)
     refusals = []
     for places in (workable, flat) if workable.any() else (flat,):
         for disc in _discs(places, patch, region, settings, refusals):

@@ -10,6 +10,7 @@ from bathbot_localize.localizer_session import LocalizerSession, UnknownRegionEr
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.target import localization_error
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
+from bathbot_localize.workspace import Workspace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import (
@@ -65,8 +66,10 @@ def test_noise_of_a_camera_moves_the_target_by_less_than_a_millimetre():
 def test_a_rigid_motion_of_the_scene_moves_the_target_with_it(turn, shift):
     """Camera and person moved together: the same picture, so position and normal move rigidly."""
     move = transform_from(Rotation.from_rotvec(turn).as_matrix(), shift)
-    here = locate(frame_of(CLEAN), TRUNK, SETTINGS).T_base_target
-    there = locate(frame_of(CLEAN, T_base_colour=move @ T_BASE_COLOUR), TRUNK, SETTINGS).T_base_target
+    anywhere = Workspace(nearest=0.0, farthest=np.inf)  # the arm does not move with them
+    here = locate(frame_of(CLEAN), TRUNK, SETTINGS, anywhere).T_base_target
+    moved = frame_of(CLEAN, T_base_colour=move @ T_BASE_COLOUR)
+    there = locate(moved, TRUNK, SETTINGS, anywhere).T_base_target
     np.testing.assert_allclose(there[:3, 3], transform_points(move, here[:3, 3]), atol=1e-9)
     np.testing.assert_allclose(there[:3, 2], rotate(move, here[:3, 2]), atol=1e-9)
     assert np.linalg.det(there[:3, :3]) == pytest.approx(1.0)

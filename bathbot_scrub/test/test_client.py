@@ -161,8 +161,9 @@ def test_the_stream_is_the_vendors_frame(connect):
 def test_a_lost_connection_is_told_and_built_up_again(connect):
     told = []
     client, server = connect(on_connection=told.append)
+    assert client.request({"command": "x"})["ok"]  # the server has accepted the connection it shall cut
     server.cut()
-    until(lambda: len(told) >= 3 and told[-1].connected)
+    until(lambda: len(told) >= 3 and told[-1].connected, timeout=15.0)
     assert not told[1].connected
     assert "lost the controller" in told[1].reason
     assert client.request({"command": "x"})["ok"]
