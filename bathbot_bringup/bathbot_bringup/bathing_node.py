@@ -21,6 +21,7 @@ from bathbot_msgs.srv import SelectRegion
 Progress = Callable[[float, str], None]
 _AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
 _LATE_REPORTS = 0.2  # [s]
+_SETTLING = 3.0  # [s] within which the planner must have heard of the contact
 
 
 class Bather:
@@ -89,7 +90,7 @@ class Bather:
         def show(feedback: Any) -> None:
             progress(0.0, f"{1000 * feedback.remaining:.0f} mm to go, {feedback.force:.1f} N")
 
-        return self._act(bathing.APPROACH, self._approach, goal, show)
+        return _demand_success(bathing.APPROACH, self._outcome(bathing.APPROACH, self._approach, goal, show))
 
     def scrub(self, max_length: float, progress: Progress) -> Scrub.Result:
         """Scrub the region; `max_length` of path [m], 0 for the whole patch."""
@@ -97,9 +98,13 @@ class Bather:
         def show(feedback: Any) -> None:
             progress(feedback.fraction, f"segment {feedback.segment_index}, {self.arm.force:.1f} N")
 
-        return self._act(
-            bathing.SCRUB, self._scrub, Scrub.Goal(region=self._region, max_length=max_length), show
-        )
+        goal, deadline = Scrub.Goal(region=self._region, max_length=max_length), time.monotonic() + _SETTLING
+        outcome = self._outcome(bathing.SCRUB, self._scrub, goal, show)
+        while outcome.error_code == Scrub.Result.NOT_READY and time.monotonic() < deadline:
+            # the planner may hear of the contact later than we do
+            self._client.spin_until(lambda: False, _LATE_REPORTS)
+            outcome = self._outcome(bathing.SCRUB, self._scrub, goal, show)
+        return _demand_success(bathing.SCRUB, outcome)
 
     def retract(self) -> None:
         """Leave the skin along its outward normal and wait until the arm stands."""
@@ -138,7 +143,7 @@ class Bather:
         self._client.watch = lambda: None
         self._client.trigger("stop", "arm/stop", 2.0)
 
-    def _act(self, step: Step, action: ActionClient, goal: Any, show: Callable[[Any], None]) -> Any:
+    def _outcome(self, step: Step, action: ActionClient, goal: Any, show: Callable[[Any], None]) -> Any:
         """Send a goal and wait for its result; a goal that takes too long is cancelled."""
         spin = self._client.spin_until
         if not spin(action.server_is_ready, 5.0):
@@ -152,10 +157,7 @@ class Bather:
             raise StepError(
                 step.name, f"not finished within {step.timeout:.0f} s; {self.arm.reason or 'no reason known'}"
             )
-        outcome = result.result().result
-        if outcome.error_code != type(outcome).NONE:
-            raise StepError(step.name, outcome.error_msg or f"error code {outcome.error_code}")
-        return outcome
+        return result.result().result
 
     def _on_arm(self, message: ArmState) -> None:
         self.arm = message
@@ -183,3 +185,10 @@ class Bather:
             )
         others = ", ".join(sorted(self._regions_seen)) or "no region at all"
         return f"no contact target of {self._region} was found, but {others}"
+
+
+def _demand_success(step: Step, outcome: Any) -> Any:
+    """Give the result of an action, or raise StepError with its reason."""
+    if outcome.error_code != type(outcome).NONE:
+        raise StepError(step.name, outcome.error_msg or f"error code {outcome.error_code}")
+    return outcome
