@@ -40,8 +40,8 @@ class Bather:
         self.sightings: list[Sighting] = []
         self.complaints: dict[str, str] = {}
         self._regions_seen: set[str] = set()
-        self._approach = ActionClient(node, Approach, "approach")
-        self._scrub = ActionClient(node, Scrub, "scrub")
+        self._approach = client.action(Approach, "approach")
+        self._scrub = client.action(Scrub, "scrub")
         node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)

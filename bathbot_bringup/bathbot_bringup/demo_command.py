@@ -14,7 +14,7 @@ def demo(
     ),
     out: Path = typer.Option(None, help="Folder for the results; bathing/<date-time> if left out."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]; the path is cut to it."),
-    rate: float = typer.Option(6.0, help="Pictures per second of the simulated camera [Hz]."),
+    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),

@@ -30,7 +30,7 @@ class DemoSettings:
     scenario: str
     out: Path
     duration: float = 60.0
-    rate: float = 6.0
+    rate: float = 5.0
     preset: str = "paper"
 
     def __post_init__(self) -> None:
@@ -46,7 +46,7 @@ class DemoSettings:
         if not (math.isfinite(self.duration) and 1.0 <= self.duration <= 600.0):
             raise SettingsError(f"duration must lie in 1..600 s, got {self.duration}; try 60")
         if not (math.isfinite(self.rate) and 1.0 <= self.rate <= 60.0):
-            raise SettingsError(f"rate must lie in 1..60 Hz, got {self.rate}; try 6")
+            raise SettingsError(f"rate must lie in 1..60 Hz, got {self.rate}; try 5")
         if self.preset not in PRESETS:
             raise SettingsError(f"no preset is named {self.preset!r}; there are {', '.join(PRESETS)}")
         if self.out.exists() and not self.out.is_dir():

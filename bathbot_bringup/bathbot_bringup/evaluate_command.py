@@ -47,7 +47,7 @@ def demo(
     region: str = typer.Option("Trunk_skin", help="Region to bathe."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]."),
-    rate: float = typer.Option(6.0, help="Pictures per second of the simulated camera [Hz]."),
+    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),
@@ -80,7 +80,7 @@ def localization(
     region: str = typer.Option("Trunk_skin", help="Region to locate."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     targets: int = typer.Option(20, min=1, help="Contact targets per seed."),
-    rate: float = typer.Option(6.0, help="Pictures per second of the simulated camera [Hz]."),
+    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -16,6 +17,8 @@ from bathbot_bringup.result_file import write_json
 from bathbot_bringup.summary_table import print_spread, spread
 
 _PATIENCE: Patience = ((signal.SIGINT, 40.0), (signal.SIGKILL, 2.0))  # a demo ends its own processes first
+
+_LONGEST = 900.0  # [s] no demo takes longer, whatever its duration
 
 SettingsOf = Callable[[int, Path], DemoSettings]
 
@@ -39,17 +42,19 @@ def run_seed(settings: DemoSettings, logs: Path) -> dict[str, Any]:
     command = [sys.executable, "-m", "bathbot_bringup.cli", *demo_arguments(settings)]
     with ProcessGroup(logs, node_environment(logs), _PATIENCE) as group:
         child = group.start(f"seed-{settings.seed}", command)
-        child.process.wait()
+        try:
+            child.process.wait(_LONGEST)
+        except subprocess.TimeoutExpired:
+            return _undone(settings, f"it did not end within {_LONGEST:.0f} s")
         said = child.last_line()
     try:
         return json.loads((settings.out / "summary.json").read_text(encoding="utf-8"))
     except (OSError, json.JSONDecodeError):
-        return {
-            "done": False,
-            "seed": settings.seed,
-            "region": settings.region,
-            "failure": said or "it left no summary",
-        }
+        return _undone(settings, said or "it left no summary")
+
+
+def _undone(settings: DemoSettings, failure: str) -> dict[str, Any]:
+    return {"done": False, "seed": settings.seed, "region": settings.region, "failure": failure}
 
 
 def evaluate_demo(

@@ -8,6 +8,7 @@ from typing import Any
 
 import rclpy
 from lifecycle_msgs.srv import GetState
+from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -33,6 +34,7 @@ class GraphClient:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._states: dict[str, Client] = {}
+        self._actions: list[ActionClient] = []
         self.watch: Callable[[], None] = lambda: None
 
     def __enter__(self) -> "GraphClient":
@@ -40,8 +42,12 @@ class GraphClient:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """Leave the graph in order."""
+        """Leave the graph in order, and entirely: what stays behind would hold up the end of the process."""
         self._executor.shutdown()
+        for action in self._actions:  # a node does not destroy these itself
+            action.destroy()
+        self._actions.clear()
+        self._states.clear()
         self.node.destroy_node()
         rclpy.try_shutdown()
 
@@ -64,6 +70,11 @@ class GraphClient:
             self._executor.spin_once(timeout_sec=_TICK)
             self.watch()
         return True
+
+    def action(self, kind: type, name: str) -> ActionClient:
+        """Make a client of an action; it ends with this one."""
+        self._actions.append(ActionClient(self.node, kind, name))
+        return self._actions[-1]
 
     def is_active(self, name: str) -> bool:
         """Ask a lifecycle node whether it is active; false while it does not answer."""

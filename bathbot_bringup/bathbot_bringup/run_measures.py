@@ -50,7 +50,8 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
     path = max(run.paths, key=lambda entry: len(entry.T_base_head), default=None)
     poses = path.T_base_head if path is not None else np.zeros((0, 4, 4))
     during = _during(run, path)
-    error = path_error(poses, contacts.time[during], contacts.T_base_head[during, :3, 3])
+    along = np.interp(contacts.time[during], arm.time, arm.distance_along)
+    error = path_error(poses, contacts.time[during], contacts.T_base_head[during, :3, 3], along)
     targets = [target for target in run.targets if target.region == region]
     busy = np.isin(arm.state, (APPROACH, CONTACT, RETRACTING))
     return RunMeasures(
