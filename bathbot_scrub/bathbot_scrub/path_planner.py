@@ -210,4 +210,3 @@ class PathPlanner:
             poses, joint, ends = shaper.lay(joint, field, self._settings.segment_points)
             pieces.append(poses)
         return self.grid.T_base_patch @ np.concatenate(pieces)
-

@@ -48,9 +48,7 @@ class Sight(NamedTuple):
 class SurfaceMap:
     """Heights of the skin over a patch grid, kept up to date."""
 
-    def __init__(
-        self, grid: PatchGrid, surface: Array, stamp: float, settings: ScrubPlannerSettings
-    ) -> None:
+    def __init__(self, grid: PatchGrid, surface: Array, stamp: float, settings: ScrubPlannerSettings) -> None:
         """Start from the surface seen before the arm came.
 
         Args:

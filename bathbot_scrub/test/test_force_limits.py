@@ -30,7 +30,7 @@ def test_every_class_has_limits_and_the_face_the_gentlest():
 def test_every_number_of_the_file_is_read(tmp_path):
     content = yaml.safe_load(default_file().read_text())
     shipped, changed = load_force_limits(), tmp_path / "limits.yaml"
-    for key in ("contact", "zero_residual", "transit", "surge"):
+    for key in ("contact", "zero_residual", "transit", "surge", "give"):
         changed.write_text(yaml.safe_dump(content | {key: content[key] * 0.9}))
         assert getattr(load_force_limits(changed), key) == pytest.approx(content[key] * 0.9)
     for key, value in content["regions"]["Trunk_skin"].items():
@@ -52,6 +52,7 @@ def test_every_number_of_the_file_is_read(tmp_path):
         pytest.param(lambda c: c.update(contact=20.0), "must lie below", id="contact above retract"),
         pytest.param(lambda c: c.update(zero_residual=2.0), "zero_residual < contact", id="residual"),
         pytest.param(lambda c: c.update(transit=0.1), "transit > zero_residual", id="transit"),
+        pytest.param(lambda c: c.update(give=0.9), "lie below give", id="give"),
         pytest.param(lambda c: c["regions"]["Face_skin"].update(retract=20.0), "must rise", id="order"),
         pytest.param(lambda c: c["regions"]["Face_skin"].update(axis=[1.0, 2.0]), "axis three", id="axis"),
         pytest.param(

@@ -71,7 +71,7 @@ def test_in_contact_the_arm_leaves_exactly_when_a_limit_is_passed(force):
         pytest.param({"force": (0.0, -6.5, 0.0)}, "along y above 6 N", id="y"),
         pytest.param({"torque": (0.0, 0.35, 0.0)}, "torque", id="torque"),
         pytest.param({"sudden": 15.5}, "hard limit", id="hard"),
-        pytest.param({"rise": 26.0}, "rises", id="rise"),
+        pytest.param({"force": (0.0, 0.0, -2.0), "rise": 26.0}, "rises", id="rise"),
     ],
 )
 def test_every_limit_acts_and_says_so(what, told):
@@ -88,7 +88,13 @@ def test_the_rise_that_ends_a_search_is_our_own():
     assert guard.check(reading((0.0, 0.0, -1.5), rise=30.0)) is Action.GO_ON
     guard.moving = False
     guard.check(reading((0.0, 0.0, -1.5)))
-    assert guard.check(reading((0.0, 0.0, -1.5), rise=30.0)) is Action.RETRACT
+    assert guard.check(reading((0.0, 0.0, -1.5), rise=35.0)) is Action.RETRACT
+
+
+@pytest.mark.parametrize(("force", "rise"), [(3.9, 24.0), (1.0, 35.0)], ids=["slowly", "with give left"])
+def test_a_rise_that_the_bristles_take_up_is_let_be(force, rise):
+    guard = guard_in(State.CONTACT)
+    assert guard.check(reading((0.0, 0.0, -force), rise=rise)) is Action.GO_ON
 
 
 def test_the_region_decides():

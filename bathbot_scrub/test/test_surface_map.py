@@ -107,7 +107,6 @@ def test_no_skin_at_the_target_is_refused():
         SurfaceMap(grid(), np.full((160, 220, 3), np.nan), 0.0, SETTINGS)
 
 
-
 def test_surfaces_from_before_tell_the_mean_at_once():
     """The map starts at the end of a breath in, 2 mm too high; the breaths before put that right."""
     skin = SurfaceMap(grid(), plane(out=0.002), 9.0, SETTINGS)

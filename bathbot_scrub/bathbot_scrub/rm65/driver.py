@@ -173,7 +173,7 @@ class ArmDriver:
             state, reason, threshold = guard.state, guard.reason, guard.threshold
             if path is not None and runner is not None and loop.kind is Kind.SCRUB:
                 index, queued = path.segment_at(runner.length), path.queued_at(runner.length)
-                along, done = max(runner.length - path.lead_in, 0.0), path.finished and runner.at_end
+                along, done = path.travelled_at(runner.length), path.finished and runner.at_end
                 if state is State.CONTACT and runner.at_end:
                     reason = "path done" if done else self._refusal or "waits for segments"
         reading = self.link.sense().reading

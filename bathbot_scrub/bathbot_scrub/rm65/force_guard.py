@@ -23,6 +23,7 @@ from bathbot_scrub.rm65.errors import NotReadyError
 from bathbot_scrub.rm65.force_limits import ForceLimits, RegionLimits
 
 Array = NDArray[np.float64]
+_REACTION = 0.08  # [s] from a rise to a head that leaves as fast: filter, period, acceleration
 
 
 class State(IntEnum):
@@ -230,8 +231,12 @@ class ForceGuard:
         if reading.sudden > region.hard_stop:
             return f"force {reading.sudden:.1f} N above the hard limit {region.hard_stop:g} N"
         waiting = self.touching and self._settled and self.state in (State.CONTACT, State.HOLD)
-        if waiting and reading.rise > self._limits.surge:
-            return f"force rises by {reading.rise:.0f} N/s, more than {self._limits.surge:g} N/s"
+        soon = resultant + _REACTION * reading.rise
+        if waiting and reading.rise > self._limits.surge and soon > self._limits.give:
+            return (
+                f"force {resultant:.1f} N rises by {reading.rise:.0f} N/s, above {self._limits.surge:g} N/s; "
+                f"beyond {self._limits.give:g} N the bristles have no give left"
+            )
         most = region.retract if self.touching else min(region.retract, self._limits.transit)
         if resultant > most:
             return f"force {resultant:.1f} N above {most:g} N" + ("" if self.touching else " in free air")

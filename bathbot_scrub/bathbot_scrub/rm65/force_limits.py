@@ -12,7 +12,7 @@ import yaml
 
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
-_SINGLE = ("contact", "zero_residual", "transit", "surge")
+_SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
 _NAME = Path("config") / "force_limits.yaml"
 
 
@@ -47,7 +47,8 @@ class ForceLimits:
     contact: float  # [N] at which skin counts as felt
     zero_residual: float  # [N] that may remain after zeroing
     transit: float  # [N] met in free air at which the arm goes back
-    surge: float  # [N/s] rise at which the head leaves the skin
+    surge: float  # [N/s] rise at which the head leaves the skin if it must hurry
+    give: float  # [N] at which the bristles have no give left
     regions: dict[str, RegionLimits]
 
     def __post_init__(self) -> None:
@@ -65,6 +66,8 @@ class ForceLimits:
                 raise ArmSettingsError(
                     f"contact {self.contact} N must lie below retract {region.retract} N of {name}"
                 )
+        if not self.contact < self.give:
+            raise ArmSettingsError(f"contact {self.contact} N must lie below give {self.give} N")
 
     def region(self, name: str) -> RegionLimits:
         """Limits of one region.

@@ -1,7 +1,8 @@
 """A geometric path in joint space: dense samples over a length, without time.
 
-The length s is what the motion is about: metres of tool path, or radians of the fastest joint. Time
-comes from `PathRunner`, which may stop anywhere and go on.
+The length s is what the motion is about: metres of tool path, or radians of the fastest joint. Along a
+tool path a joint that turns far counts as length too, so that a speed and an acceleration of s bound
+those of every joint. Time comes from `PathRunner`, which may stop anywhere and go on.
 """
 
 from dataclasses import dataclass, field
@@ -19,6 +20,7 @@ from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 Array = NDArray[np.float64]
 SAMPLE_STEP = 0.001  # [m] between joint samples of a tool path
 SAMPLE_TURN = 0.01  # [rad] between joint samples, at most
+LEVER = 0.1  # [m/rad] by which the travel of a joint counts as length of a tool path
 LARGEST_STEP = 0.2  # [rad] between joint samples; more is a flip of the wrist
 
 
@@ -29,6 +31,11 @@ class JointPath:
     lengths: Array
     joints: Array
     speed_limit: Array = field(repr=False)  # (N,) largest ds/dt the joints allow, here and to stop in time
+    slopes: Array = field(init=False, repr=False)  # (N, 6) dq/ds
+
+    def __post_init__(self) -> None:
+        """Find the slopes at the samples."""
+        object.__setattr__(self, "slopes", np.gradient(self.joints, self.lengths, axis=0))
 
     @property
     def end(self) -> float:
@@ -36,12 +43,18 @@ class JointPath:
         return float(self.lengths[-1])
 
     def at(self, length: float) -> Array:
-        """Joint angles [rad], shape (6,), at a length, held at both ends."""
+        """Joint angles [rad], shape (6,), at a length, held at both ends.
+
+        Cubic between samples: a straight line would jolt every joint at every sample.
+        """
         lengths = self.lengths
         index = min(max(int(np.searchsorted(lengths, length)), 1), len(lengths) - 1)
         before, after = lengths[index - 1], lengths[index]
-        part = min(max((length - before) / (after - before), 0.0), 1.0)
-        return (1.0 - part) * self.joints[index - 1] + part * self.joints[index]
+        step = after - before
+        t = min(max((length - before) / step, 0.0), 1.0)
+        rise = self.joints[index] - self.joints[index - 1]
+        early, late = step * self.slopes[index - 1] - rise, rise - step * self.slopes[index]
+        return self.joints[index - 1] + t * rise + t * (1.0 - t) * ((1.0 - t) * early + t * late)
 
     def back_from(self, length: float, distance: float) -> "JointPath":
         """The way back from a length, `distance` long or to the beginning."""
@@ -51,10 +64,11 @@ class JointPath:
         joints = np.stack([self.at(s) for s in at])
         return JointPath(at[0] - at, joints, np.full(len(at), np.inf))
 
-    def speed_at(self, length: float) -> float:
-        """Largest ds/dt allowed at a length."""
-        index = min(int(np.searchsorted(self.lengths, length)), len(self.lengths) - 1)
-        return float(self.speed_limit[index])
+    def speed_at(self, length: float, ahead: float = 0.0) -> float:
+        """Largest ds/dt allowed from a length to one farther `ahead`."""
+        last = len(self.lengths) - 1
+        begin, end = np.searchsorted(self.lengths, (length, length + ahead))
+        return float(self.speed_limit[min(begin, last) : min(end, last) + 1].min())
 
 
 def timed_path(
@@ -88,6 +102,32 @@ def timed_path(
     # v(s)^2 <= v(s')^2 + 2 a (s' - s) for every s' ahead
     ahead = np.minimum.accumulate((squared + 2 * deceleration * lengths)[::-1])[::-1]
     return JointPath(lengths, joints, np.sqrt(np.maximum(ahead - 2 * deceleration * lengths, 0.0)))
+
+
+def timed_tool_path(
+    distances: Array,
+    joints: Array,
+    deceleration: float,
+    limits: JointLimits,
+    share: float,
+    cap: ArrayLike,
+) -> JointPath:
+    """A tool path with its speed: s grows with the way of the head, and faster where a joint turns far.
+
+    Args:
+        distances: Of the head along the path [m], shape (N,), strictly rising.
+        joints: [rad], shape (N, 6).
+        deceleration: Of s, with which slower parts ahead are met.
+        limits: Of the joints.
+        share: Of the joints' speed and acceleration that may be used, 0..1.
+        cap: Largest speed of the head [m/s], at each sample or one for all.
+    """
+    moved = np.diff(distances)
+    steps = np.maximum(moved, LEVER * np.abs(np.diff(joints, axis=0)).max(-1))
+    stretch = steps / moved  # ds/dx of each step; a sample heeds the lesser of both sides
+    stretch = np.minimum(np.append(stretch, stretch[-1]), np.insert(stretch, 0, stretch[0]))
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    return timed_path(lengths, joints, deceleration, limits, share, stretch * cap)
 
 
 def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits = RM65_LIMITS) -> tuple[Array, Array]:

@@ -12,7 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import NotReadyError, UnreachableError
 from bathbot_scrub.rm65.inverse_kinematics import check_poses, solve_head, unwind, within_limits
-from bathbot_scrub.rm65.joint_path import SAMPLE_STEP, JointPath, densify, joint_move, solve_path, timed_path
+from bathbot_scrub.rm65.joint_path import (
+    SAMPLE_STEP,
+    JointPath,
+    densify,
+    joint_move,
+    solve_path,
+    timed_path,
+    timed_tool_path,
+)
 from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.path_runner import Pace
@@ -184,13 +192,13 @@ class Planner:
         Raises:
             UnreachableError: Out of reach, outside the limits, or through a singularity.
         """
-        lengths, dense = densify(check_poses(poses), step)
-        if len(lengths) < 2:
+        distances, dense = densify(check_poses(poses), step)
+        if len(distances) < 2:
             raise NotReadyError("the path has no length; the head is there already")
         joints = solve_path(self.kinematics, dense, start, self.limits)
         if np.abs(joints[0] - start).max() > 0.02:
             raise UnreachableError("the path does not begin where the arm stands")
-        return timed_path(lengths, joints, LINE_DECELERATION, self.limits, self.joint_share, cap)
+        return timed_tool_path(distances, joints, LINE_DECELERATION, self.limits, self.joint_share, cap)
 
     def line(self, start: ArrayLike, along_z: float, cap: float, shorter: float = 0.0) -> JointPath:
         """Straight along the head's z axis, from the joints `start` [rad].

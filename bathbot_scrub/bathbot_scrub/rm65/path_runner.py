@@ -10,7 +10,6 @@ from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.joint_path import JointPath
 
 Array = NDArray[np.float64]
-_LOOK_AHEAD = 0.05  # [s] of travel over which the allowed speed is looked up
 _CREEP = 1e-4  # least speed [s-units/s] that counts as motion
 
 
@@ -75,8 +74,10 @@ class PathRunner:
         if self._braking:
             given.control_interface = ControlInterface.Velocity
         else:
-            ahead = self.path.speed_at(self.length + _LOOK_AHEAD * self.speed)
-            allowed = min(self.pace.speed, self.path.speed_at(self.length), ahead)
+            # the time that it takes to turn the acceleration now into braking
+            reaction = (self._acceleration + self.pace.acceleration) / self.pace.jerk
+            ahead = max(reaction, 0.0) * self.speed
+            allowed = min(self.pace.speed, self.path.speed_at(self.length, ahead))
             given.control_interface = ControlInterface.Position
             given.target_position = [self.path.end]
             given.max_velocity = [max(allowed, 10 * _CREEP)]

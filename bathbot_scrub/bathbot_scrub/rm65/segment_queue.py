@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.errors import InvalidPoseError, NotReadyError
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.joint_path import JointPath, densify, solve_path, timed_path
+from bathbot_scrub.rm65.joint_path import JointPath, densify, solve_path, timed_tool_path
 from bathbot_scrub.rm65.motion import LINE_DECELERATION, Planner
 
 Array = NDArray[np.float64]
@@ -53,13 +53,13 @@ class ScrubPath:
             )
         self.path_id, self.region, self.finished = first.path_id, first.region, False
         self._planner, self._top_speed = planner, top_speed
-        lengths, dense = densify(check_poses(lead_in))
+        distances, dense = densify(check_poses(lead_in))
         self._joints = solve_path(planner.kinematics, dense, joints, planner.limits)
         last_piece = np.linalg.norm(lead_in[-1, :3, 3] - lead_in[-2, :3, 3])
-        self._lengths = lengths
-        self._caps = np.where(lengths < lengths[-1] - last_piece, _LEAD_IN_SPEED, _SET_DOWN_SPEED)
+        self._distances = distances
+        self._caps = np.where(distances < distances[-1] - last_piece, _LEAD_IN_SPEED, _SET_DOWN_SPEED)
         self._last_pose = dense[-1]
-        self.lead_in = float(lengths[-1])
+        self._lead_in = float(distances[-1])
         self.ends: list[float] = []
         self.path = self.extend(first)
 
@@ -85,24 +85,29 @@ class ScrubPath:
             )
         if not 0.0 < segment.speed < np.inf:
             raise InvalidPoseError(f"segment {segment.index} asks for a speed of {segment.speed} m/s")
-        lengths, dense = densify(knots)
-        if len(lengths) > 1:
+        distances, dense = densify(knots)
+        if len(distances) > 1:
             joints = solve_path(self._planner.kinematics, dense, self._joints[-1], self._planner.limits)
             self._joints = np.concatenate([self._joints, joints[1:]])
             self._caps = np.concatenate(
-                [self._caps, np.full(len(lengths) - 1, min(segment.speed, self._top_speed))]
+                [self._caps, np.full(len(distances) - 1, min(segment.speed, self._top_speed))]
             )
-            self._lengths = np.concatenate([self._lengths, self._lengths[-1] + lengths[1:]])
+            self._distances = np.concatenate([self._distances, self._distances[-1] + distances[1:]])
             self._last_pose = dense[-1]
-        self.ends.append(float(self._lengths[-1]))
         self.finished = segment.last
-        lengths, joints, caps = self._lengths, self._joints, self._caps
-        if len(lengths) < 2:  # all poses are where the head is
-            lengths, joints, caps = np.array([0.0, 1e-6]), np.repeat(joints, 2, 0), np.repeat(caps, 2)
-        self.path = timed_path(
-            lengths, joints, LINE_DECELERATION, self._planner.limits, self._planner.joint_share, caps
+        distances, joints, caps = self._distances, self._joints, self._caps
+        if len(distances) < 2:  # all poses are where the head is
+            distances, joints, caps = np.array([0.0, 1e-6]), np.repeat(joints, 2, 0), np.repeat(caps, 2)
+        self.path = timed_tool_path(
+            distances, joints, LINE_DECELERATION, self._planner.limits, self._planner.joint_share, caps
         )
+        self.ends.append(self.path.end)
+        self._travel = self.path.lengths, distances  # at once: another thread asks `travelled_at`
         return self.path
+
+    def travelled_at(self, length: float) -> float:
+        """How far the head has come along the path without its lead-in [m]."""
+        return max(float(np.interp(length, *self._travel)) - self._lead_in, 0.0)
 
     def segment_at(self, length: float) -> int:
         """Index of the segment under the head."""

@@ -1,0 +1,59 @@
+"""The client of the graph in a program of its own."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from bathbot_bringup.domain import free_domain, used_ports
+from bathbot_bringup.errors import StepError
+from bathbot_bringup.graph_client_node import GraphClient
+
+PROGRAM = """
+import os
+from bathbot_bringup.bathing_node import Bather
+from bathbot_bringup.graph_client_node import GraphClient
+
+def threads():
+    return len(os.listdir("/proc/self/task"))
+
+with GraphClient("guest", {domain}) as client:
+    bather = Bather(client, "Trunk_skin")
+    client.is_active("nobody")
+    client.spin_until(lambda: False, 0.2)
+    inside = threads()
+print(inside, threads())
+"""
+
+
+@pytest.fixture
+def client():
+    with GraphClient("guest", free_domain(os.getpid(), used_ports())) as client:
+        yield client
+
+
+def test_it_leaves_no_participant_behind():
+    """The threads of DDS end with the client; they could hold up the end of the process."""
+    program = PROGRAM.format(domain=free_domain(os.getpid(), used_ports()))
+    outcome = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=30)
+    assert outcome.returncode == 0, outcome.stderr
+    inside, after = map(int, outcome.stdout.split())
+    assert after <= inside - 6
+
+
+def test_a_service_that_nobody_offers_is_named(client):
+    with pytest.raises(StepError, match="home failed: nobody offers the service arm/home"):
+        client.trigger("home", "arm/home", 0.3)
+
+
+def test_a_node_that_does_not_exist_is_not_active(client):
+    assert not client.is_active("nobody")
+
+
+def test_what_the_watch_raises_ends_the_wait(client):
+    def watch():
+        raise StepError("watch", "something died")
+
+    client.watch = watch
+    with pytest.raises(StepError, match="something died"):
+        client.spin_until(lambda: False, 5.0)
