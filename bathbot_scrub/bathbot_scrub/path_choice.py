@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from bathbot_scrub.clearance import Column, clear
 from bathbot_scrub.errors import SurfaceError
 from bathbot_scrub.height_field import HeightField
 from bathbot_scrub.patch import Mask
@@ -36,11 +37,16 @@ class Candidate(NamedTuple):
     worth: float
 
 
-def choose_patch(field: HeightField, settings: ScrubPlannerSettings) -> Patch:
-    """The patch around the target: on skin, off its edges, not too steep, not too far.
+def choose_patch(field: HeightField, seen: Array, settings: ScrubPlannerSettings) -> Patch:
+    """The patch around the target: on skin, off its edges, not too steep, with room for the head.
+
+    Args:
+        field: The skin.
+        seen: All that was seen, skin or not, in the patch frame [m], shape (..., 3), NaN where nothing was.
+        settings: Of the planner.
 
     Raises:
-        SurfaceError: When the target itself does not lie on smooth skin.
+        SurfaceError: When the target itself does not lie on smooth skin with room over it.
     """
     with np.errstate(invalid="ignore"):
         flat = field.normals[..., 2] >= np.cos(np.radians(settings.max_slope_deg))
@@ -50,13 +56,30 @@ def choose_patch(field: HeightField, settings: ScrubPlannerSettings) -> Patch:
         raise SurfaceError("no smooth skin at the contact target itself; ask for a newer target")
     edge = ndimage.distance_transform_edt(np.pad(skin, 1))[1:-1, 1:-1] * settings.cell
     # at the edge of a hand the target itself may be nearer to it than the margin
-    clear = edge >= min(settings.edge_margin, 0.6 * edge[middle])
+    off_edge = edge >= min(settings.edge_margin, 0.6 * edge[middle])
     along, across = (np.abs(length) for length in skin_distance(field))
     inside = (along <= settings.patch_length / 2.0) & (across <= settings.patch_width / 2.0)
     # the lines keep half a brush from the border, their turns may come nearer
     margin = settings.edge_margin - settings.cell / 2.0
     ground = (along <= settings.patch_length / 2.0 - margin) & (across <= settings.patch_width / 2.0 - margin)
-    return Patch(skin & inside, Ground(field.grid, around_target(clear & ground)))
+    ground &= off_edge & inside
+    free = _with_room(field, seen, ground, settings)
+    if ground[middle] and not free[middle]:
+        raise SurfaceError(
+            f"within {settings.head_room * 1e3:.0f} mm of the contact target something stands higher than "
+            f"{settings.max_relief * 1e3:.0f} mm; ask for a target with room for the brush"
+        )
+    return Patch(skin & inside, Ground(field.grid, around_target(free)))
+
+
+def _with_room(field: HeightField, seen: Array, ground: Mask, settings: ScrubPlannerSettings) -> Mask:
+    """Cells of the ground over which the head has room, shape (rows, columns)."""
+    rows, columns = np.nonzero(ground)
+    plane = np.column_stack([field.grid.x[columns], field.grid.y[rows]])
+    column = Column(settings.head_room, settings.max_relief)
+    free = np.zeros_like(ground)
+    free[rows, columns] = clear(seen, field.points_at(plane), field.normals_at(plane), column)
+    return free
 
 
 def candidates(field: HeightField, patch: Patch, settings: ScrubPlannerSettings) -> list[Candidate]:

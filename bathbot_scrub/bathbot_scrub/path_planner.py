@@ -66,7 +66,7 @@ class PathPlanner:
         self.map = SurfaceMap(grid, task.surface, task.stamp, settings)
         for sighting in task.recent:
             self.map.recall(sighting.decode(), sighting.stamp)
-        self.grid = grid
+        self.grid, self._seen = grid, grid.to_patch(task.surface)
         field = self.map.field()
         self._tip, self._rotation = self._head_in_patch()
         self.poses = self._choose_path(field)
@@ -113,9 +113,8 @@ class PathPlanner:
         placed = inverse(self.grid.T_base_patch) @ head
         return placed[:3, 3], placed[:3, :3]
 
-    def _in_reach(self, field: HeightField) -> Patch:
-        """The patch with the ground that the arm can reach; with margins if the target itself allows."""
-        patch = choose_patch(field, self._settings)
+    def _in_reach(self, field: HeightField, patch: Patch) -> Patch:
+        """A patch with the ground that the arm can reach; with margins if the target itself allows."""
         if self._reach is None:
             return patch
         margin = self._settings.reach_margin
@@ -152,7 +151,7 @@ class PathPlanner:
             OutOfReachError: When even that washes too little of what could be washed without limits.
         """
         settings = self._settings
-        whole = choose_patch(field, settings)
+        whole = choose_patch(field, self._seen, settings)
         possible = max(candidate.worth for candidate in candidates(field, whole, settings))
         for margin in (settings.reach_margin, 0.0):
             best, reason, poses = self._best_path(field, whole, margin)
@@ -170,7 +169,7 @@ class PathPlanner:
         """The path of most worth, why it ends where it ends, and its poses, shape (N, 4, 4)."""
         settings, radius = self._settings, self._settings.brush_diameter / 2.0
         best, reason, poses = 0.0, "the arm cannot move on from the target", np.empty((0, 4, 4))
-        for candidate in candidates(field, self._in_reach(field), settings):
+        for candidate in candidates(field, self._in_reach(field, whole), settings):
             shaper = SegmentShaper(candidate.path, settings)
             if candidate.worth <= best or shaper.end < _SHORTEST:
                 break

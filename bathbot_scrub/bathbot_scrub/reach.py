@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head, wrap
-from bathbot_scrub.rm65.joint_path import densify, solve_path
+from bathbot_scrub.rm65.joint_path import densify, solve_path, step_lengths
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 
@@ -80,8 +80,7 @@ class Reach:
         try:
             return solve_path(self._kinematics, dense, seed, limits)[-1]
         except UnreachableError as error:
-            moved = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
-            count = int(np.searchsorted(np.cumsum(moved), lengths[error.index]))
+            count = int(np.searchsorted(np.cumsum(step_lengths(poses)), lengths[error.index]))
             raise _CutShortError(count, str(error)) from error
 
 

@@ -19,6 +19,8 @@ class ScrubPlannerSettings:
     brush_diameter: float = _about(0.05, "width of skin one scan line washes [m]")
     line_spacing: float = _about(0.8, "of scan lines, in brush diameters")
     edge_margin: float = _about(0.012, "between the middle of the brush and the edge of the skin seen [m]")
+    head_room: float = _about(0.035, "radius of the space over the brush that must be empty [m]")
+    max_relief: float = _about(0.012, "of what is beside the brush; higher is an obstacle [m]")
     max_slope_deg: float = _about(60.0, "between the skin's normal and that of the target [deg]")
     depth_jump: float = _about(0.012, "height step between neighbouring pixels that ends the skin [m]")
     cell: float = _about(0.004, "side of a cell of the surface map [m]")
@@ -52,14 +54,14 @@ class ScrubPlannerSettings:
         """Refuse values that plan no path."""
         self._demand_positive(
             "patch_length", "patch_width", "brush_diameter", "line_spacing", "depth_jump", "smoothing",
-            "step", "breath_window", "breath_range",
+            "step", "max_relief", "breath_window", "breath_range",
             "turn_threshold_deg", "speed", "blend", "ahead", "surface_max_age", "lost_after", "max_shift",
             "min_cells", "watch_period", "max_offset", "arm_state_max_age", "stall_timeout",
         )  # fmt: skip
         self._demand_within(
             ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),
             ("max_slope_deg", 5.0, 80.0), ("min_reach", 0.0, 1.0), ("reach_margin", 0.0, 0.05),
-            ("cell", 0.001, 0.01), ("segment_points", 5, 500),
+            ("head_room", 0.0, 0.1), ("cell", 0.001, 0.01), ("segment_points", 5, 500),
         )  # fmt: skip
 
     def _demand_positive(self, *names: str) -> None:

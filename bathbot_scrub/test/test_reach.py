@@ -74,3 +74,13 @@ def test_advancing_piece_by_piece_goes_as_far_as_following_all_at_once():
         if taken < len(piece):
             break
     assert abs(done - count) <= 1
+
+
+def test_a_joint_that_meets_its_limit_before_the_end_of_reach_ends_the_path_there():
+    """The head turns a full turn, then the path leaves the reach: what comes first counts."""
+    poses = np.tile(ARM.head(STANDING), (800, 1, 1))
+    turns = Rotation.from_euler("z", np.linspace(0.0, 400.0, 400)[:, None], degrees=True).as_matrix()
+    poses[:400, :3, :3] = poses[:400, :3, :3] @ turns
+    poses[400:, :3, :3] = poses[399, :3, :3]
+    poses[400:, 0, 3] += np.linspace(0.0, 0.6, 400)
+    assert Reach(ARM, STANDING).follow(poses)[0] == Reach(ARM, STANDING).follow(poses[:400])[0] < 400

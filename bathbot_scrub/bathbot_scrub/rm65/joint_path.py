@@ -160,19 +160,31 @@ def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits = RM65_L
     return np.concatenate(lengths), np.concatenate(joints)
 
 
+def step_lengths(poses: ArrayLike) -> Array:
+    """Lengths of the steps between head poses, shape (N, 4, 4) -> (N - 1,) [m].
+
+    A turn on the spot counts as 0.1 m per rad, so that it takes its time too.
+    """
+    poses = np.asarray(poses, dtype=float)
+    moved = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+    turned = _turns(Rotation.from_matrix(poses[:, :3, :3]))
+    return np.maximum(moved, 0.1 * np.where(moved > 1e-5, 0.0, turned))
+
+
+def _turns(rotations: Rotation) -> Array:
+    return (rotations[:-1].inv() * rotations[1:]).magnitude()
+
+
 def densify(poses: ArrayLike, step: float = SAMPLE_STEP) -> tuple[Array, Array]:
     """Straight lines and slerp between head poses, shape (N, 4, 4), sampled every `step` [m] or finer.
 
-    A turn on the spot counts as 0.1 m per rad, so that it takes its time too.
-
     Returns:
-        Lengths s [m], shape (M,), from 0, and poses, shape (M, 4, 4).
+        Lengths s [m], as of `step_lengths`, shape (M,), from 0, and poses, shape (M, 4, 4).
     """
     poses = np.asarray(poses, dtype=float)
     rotations = Rotation.from_matrix(poses[:, :3, :3])
-    moved = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
-    turned = (rotations[:-1].inv() * rotations[1:]).magnitude()
-    lengths = np.maximum(moved, 0.1 * np.where(moved > 1e-5, 0.0, turned))
+    turned = _turns(rotations)
+    lengths = step_lengths(poses)
     counts = np.maximum(np.ceil(np.maximum(lengths / step, turned / SAMPLE_TURN)), 1).astype(int)
     keep = np.concatenate([[True], lengths > 1e-7])  # equal poses add nothing
     knots = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -216,6 +228,7 @@ def solve_path(
     lost = np.isnan(chosen).any(-1)
     if lost.any():
         index = int(np.argmax(lost))
+        _continuous(chosen[:index], start, limits)  # a joint may meet its limit before that
         raise UnreachableError(
             f"pose {index} of {len(lost)} of the path is out of reach; bring it nearer", index
         )
