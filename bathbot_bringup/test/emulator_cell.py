@@ -15,8 +15,7 @@ from bathbot_scrub.rm65.approach import Request
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.motion import retreated
+from bathbot_scrub.rm65.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.segment_queue import Segment
 
 AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])

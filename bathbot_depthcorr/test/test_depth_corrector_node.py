@@ -3,9 +3,6 @@ import time
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
-
 import rclpy
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.depth_corrector_node import DepthCorrector

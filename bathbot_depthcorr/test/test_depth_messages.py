@@ -14,6 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.testing import assert_allclose, assert_array_equal
+from std_msgs.msg import Header
+
+from bathbot_depthcorr import messages
 
 
 def image(array, encoding, *, pad=0, big=False):
@@ -88,8 +91,7 @@ def test_extrinsics_that_are_no_rotation_are_refused():
 
 
 def test_ros_messages_round_trip():
-    messages = pytest.importorskip("bathbot_depthcorr.messages")
-    header = pytest.importorskip("std_msgs.msg").Header(frame_id="camera")
+    header = Header(frame_id="camera")
     rng = np.random.default_rng(0)
     depth = rng.uniform(0.3, 2.0, (6, 8)).astype(np.float32)
     depth[2, 3] = np.nan

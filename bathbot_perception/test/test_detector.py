@@ -9,6 +9,7 @@ from bathbot_perception.regions import area, overlap
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from skimage.data import astronaut
 from tiny_model import row
 
 HAND = row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))
@@ -120,7 +121,7 @@ def test_senseless_settings_are_refused(values):
 
 
 def test_the_models_face_is_where_the_astronauts_face_is():
-    picture = pytest.importorskip("skimage.data").astronaut()
+    picture = astronaut()
     faces = [
         r for r in load(settings=SkinDetectorSettings(threads=1)).detect(picture) if r.name == "Face_skin"
     ]

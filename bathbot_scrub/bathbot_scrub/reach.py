@@ -5,9 +5,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head, wrap
-from bathbot_scrub.rm65.joint_path import densify, solve_path, step_lengths
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
+from bathbot_scrub.rm65.tool_path import densify, solve_path, step_lengths
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -57,6 +57,7 @@ class ScrubPlanner(StageNode):
         """Listen to localiser and arm, and take goals."""
         self._before = BeforeContact(self._settings.surface_max_age, self._settings.breath_window)
         self._job: ScrubJob | None = None
+        self._outcomes: dict[bytes, Outcome] = {}  # of goals that have ended, by their id
         self._head: PoseStamped | None = None
         self._joints: JointState | None = None
         listen = self.create_subscription
@@ -68,7 +69,7 @@ class ScrubPlanner(StageNode):
             listen(JointState, "joint_states", lambda message: setattr(self, "_joints", message), 1),
         ]
         self._server = ActionServer(
-            self, Scrub, "scrub", self._execute, handle_accepted_callback=self._on_goal,
+            self, Scrub, "scrub", self._conclude, handle_accepted_callback=self._on_goal,
             goal_callback=lambda _: GoalResponse.ACCEPT, cancel_callback=self._on_cancel,
         )  # fmt: skip
         self.report(OK, "waiting for a goal")
@@ -168,10 +169,12 @@ class ScrubPlanner(StageNode):
 
     def _end(self, goal: ServerGoalHandle, outcome: Outcome) -> None:
         self._tell(goal.request.region, outcome)
-        goal.execute(lambda handle: self._conclude(handle, outcome))
+        self._outcomes[bytes(goal.goal_id.uuid)] = outcome
+        goal.execute()
 
-    def _conclude(self, goal: ServerGoalHandle, outcome: Outcome) -> Scrub.Result:
-        """Give the goal its final state; runs in the executor and does not wait."""
+    def _conclude(self, goal: ServerGoalHandle) -> Scrub.Result:
+        """Give a goal that has ended its final state; runs in the executor and does not wait."""
+        outcome = self._outcomes.pop(bytes(goal.goal_id.uuid))
         if outcome.code == Code.NONE:
             goal.succeed()
         elif outcome.code == Code.CANCELED and goal.is_cancel_requested:
@@ -194,10 +197,6 @@ class ScrubPlanner(StageNode):
         if self._job is not None:
             self._job.cancel()
         return CancelResponse.ACCEPT
-
-    def _execute(self, goal: ServerGoalHandle) -> Scrub.Result:
-        """Not used: every goal is executed with its outcome, by `_end`."""
-        raise NotImplementedError
 
     def _now(self) -> float:
         return self.get_clock().now().nanoseconds * 1e-9

@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force_guard import Action, Cause, ForceGuard, Reading, State
+from bathbot_scrub.rm65.force_excess import Reading
+from bathbot_scrub.rm65.force_guard import Action, Cause, ForceGuard, State
 from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from hypothesis import given
 from hypothesis import strategies as st

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.joint_path import densify, joint_move, solve_path, timed_path
+from bathbot_scrub.rm65.joint_path import joint_move, timed_path
 from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD, Kinematics
 from bathbot_scrub.rm65.limits import JointLimits
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
+from bathbot_scrub.rm65.tool_path import densify, solve_path
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface

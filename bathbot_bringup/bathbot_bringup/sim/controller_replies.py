@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 from bathbot_scrub.rm65.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM
-from bathbot_scrub.rm65.protocol import (
-    Frame,
-    integer,
-    joints_to_wire,
-    pose_to_wire,
-    wrench_to_wire,
-)
+from bathbot_scrub.rm65.protocol import Frame, integer, joints_to_wire, pose_to_wire, wrench_to_wire
 
 from bathbot_bringup.sim.controller import Controller, Motion
 from bathbot_bringup.sim.push import PushSettings

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 _ACCELERATION = math.radians(600.0)  # [rad/s^2], the controller's own default
-_BRAKING = 0.8       # share of it that is counted on to stop at the target
-_RATE_MEMORY = 0.7   # of the target's own speed, per step
+_BRAKING = 0.8  # share of it that is counted on to stop at the target
+_RATE_MEMORY = 0.7  # of the target's own speed, per step
 
 
 class JointDynamics:

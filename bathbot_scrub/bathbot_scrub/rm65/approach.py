@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.control_loop import ControlLoop, Kind
+from bathbot_scrub.rm65.control_loop import ControlLoop
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import (
     ArmError,
@@ -23,8 +23,10 @@ from bathbot_scrub.rm65.force_guard import Cause, ForceGuard, State
 from bathbot_scrub.rm65.force_limits import ForceLimits
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.joint_path import JointPath
+from bathbot_scrub.rm65.kinematics import retreated
 from bathbot_scrub.rm65.link import Link
-from bathbot_scrub.rm65.motion import Planner, line_pace, retreated
+from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.motion_kind import Kind
 
 Array = NDArray[np.float64]
 _MOTION_TIMEOUT = 60.0  # [s] no single motion lasts longer

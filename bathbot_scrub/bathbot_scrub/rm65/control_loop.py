@@ -7,7 +7,6 @@ start motions and read the state under one lock that nobody holds for long.
 import threading
 import time
 from collections.abc import Callable
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.limits import RM65_LIMITS
 from bathbot_scrub.rm65.link import Sensed
 from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.period import Beat, PeriodStatistics, raise_priority
 
@@ -31,16 +31,6 @@ _WAY_BACK = 0.8  # [rad] back on a joint move that met something
 _BACK_JOINTS = Pace(1.0, 8.0, 400.0)
 _STOP_LINE = line_pace(0.0, 2.0)  # braking on tool paths [m/s^2]
 _STOP_JOINTS = Pace(0.0, 8.0, 400.0)  # braking of joint moves [rad/s^2], [rad/s^3]
-
-
-class Kind(Enum):
-    """What a motion is for."""
-
-    TRANSIT = "to the stand-off"
-    SEEK = "towards the skin"
-    SCRUB = "along the path"
-    LEAVE = "away from the skin"
-    HOME = "home"
 
 
 class Retract(NamedTuple):

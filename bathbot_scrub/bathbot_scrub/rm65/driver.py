@@ -5,13 +5,12 @@ Calls that move plan first, in the caller's thread, and then hand a finished pat
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.approach import Approach, Request, Touch
-from bathbot_scrub.rm65.control_loop import ControlLoop, Kind, Retract
+from bathbot_scrub.rm65.control_loop import ControlLoop, Retract
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError, NotReadyError
 from bathbot_scrub.rm65.force_guard import ForceGuard, State
@@ -20,27 +19,12 @@ from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.link import Link
 from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace
 from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
+from bathbot_scrub.rm65.snapshot import Snapshot
 
 Array = NDArray[np.float64]
-
-
-class Snapshot(NamedTuple):
-    """What the driver does now; the fields of bathbot_msgs/ArmState."""
-
-    state: State
-    reason: str
-    connected: bool
-    path_id: int
-    segment_index: int
-    segments_queued: int
-    distance_along: float  # [m]
-    path_done: bool
-    force: float  # [N] filtered resultant, NaN when unknown
-    force_threshold: float  # [N]
-    period: float  # [s]
-    period_deviation_p99: float  # [s]
 
 
 class ArmDriver:

@@ -14,16 +14,15 @@ States and what leads from one to the next:
 """
 
 from enum import Enum, IntEnum
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.force_excess import Reading, limit_passed, surge
 from bathbot_scrub.rm65.force_limits import ForceLimits, RegionLimits
 
 Array = NDArray[np.float64]
-_REACTION = 0.08  # [s] from a rise to a head that leaves as fast: filter, period, acceleration
 
 
 class State(IntEnum):
@@ -52,16 +51,6 @@ class Cause(Enum):
     NO_CONTACT = "no contact"
     FORCE = "force"
     DATA = "data"
-
-
-class Reading(NamedTuple):
-    """What the guard looks at in every period."""
-
-    wrench: Array  # [N, Nm] filtered, on the head about its tip, shape (6,)
-    sudden: float  # [N] resultant, unfiltered but for single glitches
-    rise: float  # [N/s] of the resultant
-    age: float  # [s] since the sample arrived
-    connected: bool  # TCP
 
 
 class ForceGuard:
@@ -226,24 +215,9 @@ class ForceGuard:
 
     def _excess(self, reading: Reading) -> str:
         """Name the limit that the reading passes; empty when none."""
-        region, force = self.region, np.abs(reading.wrench[:3])
-        resultant, torque = float(np.linalg.norm(force)), float(np.linalg.norm(reading.wrench[3:]))
-        if reading.sudden > region.hard_stop:
-            return f"force {reading.sudden:.1f} N above the hard limit {region.hard_stop:g} N"
         waiting = self.touching and self._settled and self.state in (State.CONTACT, State.HOLD)
-        soon = resultant + _REACTION * reading.rise
-        if waiting and reading.rise > self._limits.surge and soon > self._limits.give:
-            return (
-                f"force {resultant:.1f} N rises by {reading.rise:.0f} N/s, above {self._limits.surge:g} N/s; "
-                f"beyond {self._limits.give:g} N the bristles have no give left"
-            )
-        most = region.retract if self.touching else min(region.retract, self._limits.transit)
-        if resultant > most:
-            return f"force {resultant:.1f} N above {most:g} N" + ("" if self.touching else " in free air")
-        for axis, value, limit in zip("xyz", force, region.axis, strict=True):
-            if value > limit:
-                return f"force {value:.1f} N along {axis} above {limit:g} N"
-        return f"torque {torque:.2f} Nm above {region.torque:g} Nm" if torque > region.torque else ""
+        passed = limit_passed(reading, self.region, None if self.touching else self._limits.transit)
+        return passed or (surge(reading, self._limits) if waiting else "")
 
     def _leave(self, excess: str, hard: bool) -> Action:
         if not (self.touching or self.moving):  # pushed while it stands in free air

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient, Connection
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, RefusedError
-from bathbot_scrub.rm65.force_guard import Reading
+from bathbot_scrub.rm65.force_excess import Reading
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
 from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
 

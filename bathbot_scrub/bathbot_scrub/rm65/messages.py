@@ -14,7 +14,6 @@ from tf2_msgs.msg import TFMessage
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
 from bathbot_scrub.rm65.approach import Request
-from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.errors import (
     ArmError,
     ArmSettingsError,
@@ -27,6 +26,7 @@ from bathbot_scrub.rm65.errors import (
 )
 from bathbot_scrub.rm65.kinematics import JOINT_NAMES, LINK_NAMES, T_FLANGE_HEAD, Kinematics
 from bathbot_scrub.rm65.segment_queue import Segment
+from bathbot_scrub.rm65.snapshot import Snapshot
 
 Array = NDArray[np.float64]
 BASE, HEAD = LINK_NAMES[0], "scrub_head"

@@ -76,7 +76,7 @@ class PathRunner:
         else:
             # the time that it takes to turn the acceleration now into braking
             reaction = (self._acceleration + self.pace.acceleration) / self.pace.jerk
-            ahead = max(reaction, 0.0) * self.speed
+            ahead = max(reaction * self.speed, 0.0)  # at rest the speed may be a hair below zero
             allowed = min(self.pace.speed, self.path.speed_at(self.length, ahead))
             given.control_interface = ControlInterface.Position
             given.target_position = [self.path.end]

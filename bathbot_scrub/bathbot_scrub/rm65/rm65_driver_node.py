@@ -18,12 +18,13 @@ from tf2_msgs.msg import TFMessage
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
 from bathbot_scrub.rm65.approach import Touch
-from bathbot_scrub.rm65.driver import ArmDriver, Snapshot
+from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.force_guard import State
 from bathbot_scrub.rm65.messages import error_code, pose_stamped, request_from_goal, segment_from_message
 from bathbot_scrub.rm65.period import prefer_process
+from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values
 
 
@@ -64,11 +65,12 @@ class Rm65Driver(StageNode):
         self._segments = self.create_subscription(
             ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50)
         )
+        self._outcomes: dict[bytes, Touch | ArmError] = {}  # of approaches that have ended, by their id
         self._action = ActionServer(
             self,
             Approach,
             "approach",
-            self._execute,
+            self._conclude,
             handle_accepted_callback=self._begin_approach,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
@@ -133,11 +135,13 @@ class Rm65Driver(StageNode):
                     request_from_goal(goal.request), lambda: goal.is_cancel_requested, tell
                 )
             )
-            goal.execute(lambda handle: self._conclude(handle, outcome))
+            self._outcomes[bytes(goal.goal_id.uuid)] = outcome
+            goal.execute()
 
         threading.Thread(target=work, name="approach", daemon=True).start()
 
-    def _conclude(self, goal: ServerGoalHandle, outcome: Touch | ArmError) -> Approach.Result:
+    def _conclude(self, goal: ServerGoalHandle) -> Approach.Result:
+        outcome = self._outcomes.pop(bytes(goal.goal_id.uuid))
         if isinstance(outcome, ArmError):
             self._warn(f"approach: {outcome}")
             goal.canceled() if goal.is_cancel_requested else goal.abort()
@@ -145,10 +149,6 @@ class Rm65Driver(StageNode):
         goal.succeed()
         contact = pose_stamped(outcome.T_base_head, self.get_clock().now().to_msg())
         return Approach.Result(contact=contact, force=outcome.force)
-
-    def _execute(self, goal: ServerGoalHandle) -> Approach.Result:
-        """Not used: every goal is executed with its outcome, by `_begin_approach`."""
-        raise NotImplementedError
 
     def _outcome(self, call: Callable[[], Any]) -> Any:
         """Result of a call, or its ArmError."""

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.errors import InvalidPoseError, NotReadyError
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.joint_path import JointPath, densify, solve_path, timed_tool_path
+from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.motion import LINE_DECELERATION, Planner
+from bathbot_scrub.rm65.tool_path import densify, solve_path, timed_tool_path
 
 Array = NDArray[np.float64]
 _LARGEST_GAP = 0.05  # [m] between neighbouring poses of a path

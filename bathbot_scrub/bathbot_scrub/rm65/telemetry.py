@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple, Protocol
 
-from bathbot_scrub.rm65.driver import ArmDriver, Snapshot
+from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.force_guard import State
 from bathbot_scrub.rm65.messages import (
     arm_state_message,
@@ -12,6 +12,7 @@ from bathbot_scrub.rm65.messages import (
     tree_message,
     wrench_message,
 )
+from bathbot_scrub.rm65.snapshot import Snapshot
 
 _TREE_RATE, _STATE_RATE = 50.0, 20.0  # [Hz]
 

@@ -1,0 +1,103 @@
+"""Ways through free air between a posture next to the person and one that is not.
+
+A body is not known to the driver, so no link may pass the plane through the end nearest to the person.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise, permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, Kinematics, retreated
+from bathbot_scrub.rm65.limits import JointLimits
+from bathbot_scrub.rm65.tool_path import densify, solve_path
+
+Array = NDArray[np.float64]
+_PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next to the person
+_DETOUR = 1.6  # longest way of the head over the straight distance
+_DETOUR_FREE = 0.15  # [m] that are no detour
+_BACKS = (0.0, 0.08, 0.16)  # [m] straight back from the person before the joints fold
+_GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wrist
+
+
+@dataclass(frozen=True, slots=True)
+class FreeWay:
+    """Finds ways for one arm."""
+
+    kinematics: Kinematics
+    home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
+    limits: JointLimits
+
+    def between(self, near: Array, far: Array, side: Array) -> list[Array]:
+        """Joints to pass from `near` the person to `far`, the last left out: straight back first if need be.
+
+        Raises:
+            UnreachableError: With what is in the way of the most direct way.
+        """
+        first: UnreachableError | None = None
+        T = self.kinematics.head(near)
+        for back in _BACKS:
+            try:
+                line = [near]
+                if back:
+                    line = list(
+                        solve_path(
+                            self.kinematics, densify([T, retreated(T, back)], 0.01)[1], near, self.limits
+                        )
+                    )
+                return line + self._folding(line[-1], far, side)
+            except UnreachableError as error:
+                first = first or error
+        raise first or UnreachableError("no way")
+
+    def _folding(self, near: Array, far: Array, side: Array) -> list[Array]:
+        """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
+
+        Where the wrist cannot stay as it is while the arm folds, base, arm and wrist move one after
+        the other, in the first order that is clear.
+        """
+        if not self._obstacle(near, far, side):
+            return []
+        folded_near = np.concatenate([self.home[:3], near[3:]])
+        folded_far = np.concatenate([self.home[:3], far[3:]])
+        reasons = [self._obstacle(*leg, side) for leg in ((near, folded_near), (folded_far, far))]
+        if not any(reasons):
+            return [folded_near, folded_far]
+        ends = np.stack([near, far])
+        for order in permutations(_GROUPS):
+            way = [near]
+            for group in order[:-1]:
+                way.append(way[-1].copy())
+                way[-1][group] = far[group]
+            if not any(self._obstacle(*leg, side, ends) for leg in pairwise([*way, far])):
+                return way[1:]
+        raise UnreachableError(next(filter(None, reasons)))
+
+    def _obstacle(self, start: Array, goal: Array, side: Array, ends: Array | None = None) -> str:
+        """Say why a straight way in joint space is not clear; empty when it is.
+
+        Args:
+            start: Joints [rad], shape (6,).
+            goal: Likewise.
+            side: Head pose whose plane across z no link shall pass, (4, 4).
+            ends: Postures (N, 6) that may pass it, since they are given; start and goal if left out.
+        """
+        joints = start + np.linspace(0.0, 1.0, 40)[:, None] * (goal - start)
+        points, heads = self._towards(joints, side)
+        given = points[[0, -1]] if ends is None else self._towards(ends, side)[0]
+        allowed = max(float(side[:3, 2] @ side[:3, 3]), float(given.max()))
+        if points.max() - allowed > _PLANE_SLACK:
+            return f"the arm would pass its end by {(points.max() - allowed) * 1e3:.0f} mm towards the person"
+        way = float(np.linalg.norm(np.diff(heads, axis=0), axis=1).sum())
+        straight = float(np.linalg.norm(heads[-1] - heads[0]))
+        if way > _DETOUR * straight + _DETOUR_FREE:
+            return f"the head would travel {way:.2f} m for {straight:.2f} m"
+        return ""
+
+    def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
+        """How far wrist and head lie along z of `side` [m], (N, 5), and heads, (N, 3), of joints (N, 6)."""
+        frames = self.kinematics.link_frames(joints)
+        heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+        return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads

@@ -1,0 +1,13 @@
+"""What a motion of the arm is for."""
+
+from enum import Enum
+
+
+class Kind(Enum):
+    """What a motion is for."""
+
+    TRANSIT = "to the stand-off"
+    SEEK = "towards the skin"
+    SCRUB = "along the path"
+    LEAVE = "away from the skin"
+    HOME = "home"
