@@ -8,7 +8,9 @@ from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import transform_from, transform_points
 from numpy.typing import NDArray
 
+from bathbot_localize import clearance
 from bathbot_localize.arm_mask import arm_silhouette, near_arm
+from bathbot_localize.clearance import Column, has_room
 from bathbot_localize.disc import Disc, NoSkinError, candidate_discs
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
@@ -18,7 +20,7 @@ from bathbot_localize.surface_fit import DegenerateSurfaceError, fit_surface
 from bathbot_localize.surface_smoothing import smooth_inverse_depth
 from bathbot_localize.target import Target, target_from_fit
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
-from bathbot_localize.workspace import Workspace
+from bathbot_localize.workspace import Workspace, outward_normals
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,7 +86,7 @@ def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin:
 def locate(
     frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings, workspace: Workspace = _WORKSPACE
 ) -> Target:
-    """The contact target of one region: the middle of its box, or the nearest place that the arm can work on.
+    """The contact target of a region: the middle of its box, or the nearest place with room for arm and head.
 
     Raises:
         LocalizeError: When the region has no place to touch; the message says why.
@@ -96,9 +98,11 @@ def locate(
     layer = (depth[skin].min(), depth[skin].max()) if skin.any() else (np.nan, np.nan)
     flat = skin & away_from_edges(depth, _CHOICE_STRIDE)
     around = max(int(_SURROUNDINGS * settings.disc_radius_px / _CHOICE_STRIDE), 3)
-    workable = flat & workspace.workable(patch.points, frame.T_base_colour, around)
-    refusals = []
-    for places in (workable, flat) if workable.any() else (flat,):
+    normals = outward_normals(patch.points)
+    workable = flat & workspace.workable(patch.points, normals, frame.T_base_colour, around)
+    roomy = flat & has_room(patch.points, normals, Column(settings.head_room, settings.max_relief))
+    for places in [*filter(np.any, (workable & roomy, workable, roomy)), flat]:
+        refusals = []
         for disc in _discs(places, patch, region, settings, refusals):
             try:
                 return _target_of_disc(frame, region, disc, layer, settings)
@@ -171,6 +175,7 @@ def warm_up() -> None:
         {"base_link": transform_from(translation=(9.0, 0.0, 1.0))},
     )
     surface_of(frame, (10.0, 10.0, 50.0, 40.0), TargetLocalizerSettings())
+    clearance.warm_up()
 
 
 def grown(box: tuple[float, ...], margin: float) -> tuple[float, float, float, float]:

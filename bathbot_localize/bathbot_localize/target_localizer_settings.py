@@ -28,6 +28,8 @@ class TargetLocalizerSettings:
     )
     max_roughness: float = _setting(0.008, "largest scatter of the points around the fitted surface [m]")
     max_uncertainty: float = _setting(0.004, "largest standard deviation of a target's position [m]")
+    head_room: float = _setting(0.045, "radius of the space over a target that must be empty [m]")
+    max_relief: float = _setting(0.010, "of what is beside a target; higher is an obstacle [m]")
     systematic: float = _setting(0.0008, "error that does not average out, added to the covariance [m]")
     smoothing_frames: int = _setting(5, "frames averaged for one target; 1 switches it off")
     surface_stride: int = _setting(
@@ -55,12 +57,14 @@ class TargetLocalizerSettings:
             "disc_radius_px",
             "max_roughness",
             "max_uncertainty",
+            "max_relief",
             "surface_rate",
             "max_stamp_difference",
             "max_depth_age",
         )
         for name in (
             "noise_correlation_px",
+            "head_room",
             "systematic",
             "region_margin_px",
             "arm_margin",

@@ -41,11 +41,12 @@ class Workspace:
         with np.errstate(invalid="ignore"):
             return (distance >= self.nearest) & (distance <= self.farthest)
 
-    def workable(self, points: Array, T_base_colour: Array, around: int) -> Mask:
+    def workable(self, points: Array, normals: Array, T_base_colour: Array, around: int) -> Mask:
         """Cells of a surface whose surroundings the arm can work on.
 
         Args:
             points: Organised points in the colour camera's frame [m], shape (H, W, 3), NaN where unknown.
+            normals: Outward unit normals there, likewise.
             T_base_colour: Pose of the colour camera in the base frame, shape (4, 4).
             around: Side of the surroundings [cells].
 
@@ -53,17 +54,21 @@ class Workspace:
             Mask, shape (H, W); false where unknown.
         """
         known = np.isfinite(points[..., 2])
-        if min(known.shape) < 2:
-            return np.zeros(known.shape, dtype=bool)
-        normals = _normals(points, known)
         within = known & self.holds(transform_points(T_base_colour, points), rotate(T_base_colour, normals))
         seen = cv2.blur(known.astype(np.float32), (around, around))
         share = cv2.blur(within.astype(np.float32), (around, around)) / np.maximum(seen, 1e-6)
         return within & (share >= _SHARE)
 
 
-def _normals(points: Array, known: Mask) -> Array:
-    """Unit normals towards the camera, shape (H, W, 3), of averaged points; NaN where they have none."""
+def outward_normals(points: Array) -> Array:
+    """Unit normals towards the camera, shape (H, W, 3), of averaged points; NaN where they have none.
+
+    Args:
+        points: Organised points in the camera's frame [m], shape (H, W, 3), NaN where unknown.
+    """
+    known = np.isfinite(points[..., 2])
+    if min(known.shape) < 2:
+        return np.full(points.shape, np.nan)
     weight = cv2.blur(known.astype(np.float64), (_SMOOTH, _SMOOTH))
     mean = cv2.blur(np.where(known[..., None], points, 0.0), (_SMOOTH, _SMOOTH))
     with np.errstate(invalid="ignore", divide="ignore"):

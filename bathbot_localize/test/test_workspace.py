@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.rigid import transform_from
-from bathbot_localize.workspace import Workspace
+from bathbot_localize.workspace import Workspace, outward_normals
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,13 +36,14 @@ def camera_towards_x(position):
 @pytest.mark.parametrize(("wall_x", "expected"), [(0.60, True), (0.90, False)], ids=["in reach", "too far"])
 def test_a_wall_across_x(wall_x, expected):
     T_base_camera = camera_towards_x((-0.1, 0.0, 0.2405))
-    mask = SPACE.workable(wall(wall_x + 0.1), T_base_camera, 9)
+    points = wall(wall_x + 0.1)
+    mask = SPACE.workable(points, outward_normals(points), T_base_camera, 9)
     assert mask[30, 30] == expected
 
 
 def test_unknown_cells_are_not_workable():
     points = wall(0.7)
     points[:20] = np.nan
-    mask = SPACE.workable(points, camera_towards_x((-0.1, 0.0, 0.2405)), 9)
+    mask = SPACE.workable(points, outward_normals(points), camera_towards_x((-0.1, 0.0, 0.2405)), 9)
     assert not mask[:20].any()
     assert mask[30:].any()

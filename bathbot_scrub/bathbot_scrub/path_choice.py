@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_localize.clearance import Column, clear
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from bathbot_scrub.clearance import Column, clear
 from bathbot_scrub.errors import SurfaceError
 from bathbot_scrub.height_field import HeightField
 from bathbot_scrub.patch import Mask

@@ -17,6 +17,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, PointCloud2
 from std_srvs.srv import Trigger
 
+from bathbot_localize import clearance
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
 from bathbot_scrub.before_contact import BeforeContact
@@ -48,6 +49,7 @@ class ScrubPlanner(StageNode):
     def setup(self, settings: ScrubPlannerSettings) -> None:
         """Make the publishers."""
         self._settings = settings
+        clearance.warm_up()
         self._kinematics = Kinematics(settings.arm_variant)
         self._segments = self.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
         self._path = self.create_publisher(Path, "planned_path", LATCHED)

@@ -1,7 +1,7 @@
 """Room for the scrub head."""
 
 import numpy as np
-from bathbot_scrub.clearance import Column, clear
+from bathbot_localize.clearance import Column, clear, has_room
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -46,3 +46,25 @@ def test_many_places_are_judged_one_by_one():
 def test_nothing_seen_and_no_places():
     assert clear(np.full((4, 5, 3), np.nan), AT, UP, COLUMN).all()
     assert len(clear(cluster([0, 0, 0]), np.empty((0, 3)), np.empty((0, 3)), COLUMN)) == 0
+
+
+def ground(height):
+    """A floor seen from above, raised by `height(x, y)` [m]; 4 mm between cells."""
+    x, y = np.meshgrid(np.arange(-0.2, 0.2, 0.004), np.arange(-0.15, 0.15, 0.004))
+    return np.stack([x, y, height(x, y)], axis=-1)
+
+
+def test_a_floor_has_room_but_beside_a_wall():
+    points = ground(lambda x, y: np.where(x > 0.1, 0.05, 0.0))
+    free = has_room(points, np.broadcast_to(UP, points.shape), COLUMN)
+    assert free[points[..., 0] < 0.1 - 0.03 - 0.012].all()
+    assert not free[(points[..., 0] > 0.1 - 0.03 + 0.012) & (points[..., 0] < 0.1)].any()
+    assert free[points[..., 0] > 0.112].all()
+
+
+def test_where_nothing_was_seen_there_is_no_room():
+    points = ground(lambda x, y: 0.0 * x)
+    points[:20] = np.nan
+    free = has_room(points, np.broadcast_to(UP, points.shape), COLUMN)
+    assert not free[:20].any()
+    assert free[20:].all()
