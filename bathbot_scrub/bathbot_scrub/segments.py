@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _SITE = 0.004  # between the points a spline goes through [m of plane path]
 _SLACK = 1.5  # the head's path may be this much shorter than the plane path where skin bulges out
 _TURNING = 40.0  # rate at which an orientation left over is made up for [rad/m]
+_HALF_TURN = np.radians(140.0)  # more than this may be turned either way [rad]
 _LEAVING = 0.12  # mean slope at which an old surface is left for the new
 _LEAST = 0.4  # a rest shorter than this share of a segment is joined to it
 
@@ -66,6 +67,8 @@ class SegmentShaper:
         """Keep the plane path and the settings."""
         self._plane, self._lengths = path.plane, path.lengths
         self._settings = settings
+        heading = np.unwrap(np.arctan2(*np.diff(path.plane, axis=0).T[::-1]))
+        self._winding = float(heading[0] - heading[-1]) if len(heading) else 0.0  # about the head's z [rad]
 
     @property
     def end(self) -> float:
@@ -123,6 +126,11 @@ class SegmentShaper:
     def _faded(self, wanted: Array, applied: Array, lengths: Array) -> Array:
         """Rotations, shape (N, 3, 3), that gradually leave the one applied at the joint for the wanted."""
         offset = Rotation.from_matrix(wanted[0].T @ applied).as_rotvec()
+        angle = float(np.linalg.norm(offset))
+        if angle > _HALF_TURN and offset[2] * self._winding < 0.0:
+            # half a turn may be made either way: not the one that winds the wrist up further, nor now this
+            # way, now that
+            offset *= 1.0 - 2.0 * np.pi / angle
         distance = max(self._settings.blend, float(np.linalg.norm(offset)) / _TURNING)
         return wanted @ Rotation.from_rotvec(_fade(lengths / distance)[:, None] * offset).as_matrix()
 

@@ -12,6 +12,7 @@ from bathbot_scrub.tool_pose import head_rotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 SETTINGS = ScrubPlannerSettings()
 GRID = PatchGrid(np.eye(4), 0.12, 0.12, 0.004)
@@ -120,3 +121,25 @@ def test_head_that_faces_back_turns_round_gradually():
     poses = np.concatenate(all_segments(lambda _: STILL, rotation=back))
     turns = np.degrees(rotation_angle(np.swapaxes(poses[:-1, :3, :3], 1, 2) @ poses[1:, :3, :3]))
     assert turns.max() < 15.0
+
+
+@pytest.mark.parametrize("order", range(4))
+@pytest.mark.parametrize("off", [-2.0, 0.0, 2.0])
+def test_half_a_turn_at_the_start_unwinds_the_wrist(order, off):
+    """However the head stands at first, it never turns by more than a turn about itself."""
+    path = scan_paths(Ground(GRID, (np.abs(X) <= 0.06) & (np.abs(Y) <= 0.04)), [-0.035, 0.0, 0.035], 0.035)[
+        order
+    ]
+    shaper = SegmentShaper(path, SETTINGS)
+    along = [np.cos(np.radians(off)), np.sin(np.radians(off)), 0.0]
+    start = head_rotations([0.0, 0.0, 1.0], along)
+    joint, ends, pieces = shaper.start(STILL, None, start), False, [start[None]]
+    while not ends:
+        poses, joint, ends = shaper.lay(joint, STILL, 30)
+        pieces.append(poses[:, :3, :3])
+    rotations = np.concatenate(pieces)
+    steps = Rotation.from_matrix(np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:]).as_rotvec()[:, 2]
+    yaw = np.degrees(np.concatenate([[0.0], np.cumsum(steps)]))
+    if order >= 2:  # half a turn at first, and the lines turn it back
+        assert np.abs(yaw).max() < 215.0
+    assert np.ptp(yaw) < 375.0
