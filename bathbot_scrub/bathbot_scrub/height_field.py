@@ -18,6 +18,7 @@ from bathbot_scrub.triangle_normals import triangle_normals
 
 Array = NDArray[np.float64]
 _POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))  # exponents of x and y of the quadratic
+_CIRCLE = 8  # points of a circle at which relief is looked for
 _RIDGE = 1e-6  # keeps the fit solvable where a node sees a handful of cells
 
 
@@ -111,6 +112,23 @@ class HeightField:
             axis=-1,
         )
         return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+
+    def relief_at(self, plane: ArrayLike, radius: float) -> Array:
+        """How high the skin rises over its tangent plane on a circle around positions (x, y) [m].
+
+        Args:
+            plane: Positions, shape (N, 2).
+            radius: Of the circle, in the plane of the patch [m].
+
+        Returns:
+            The most on the circle, shape (N,); negative where the skin falls off on all sides.
+        """
+        plane = np.asarray(plane, dtype=float)
+        angles = np.arange(_CIRCLE) * 2.0 * np.pi / _CIRCLE
+        circle = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        around = self.points_at((plane[:, None] + circle).reshape(-1, 2)).reshape(-1, _CIRCLE, 3)
+        offsets = around - self.points_at(plane)[:, None]
+        return np.einsum("nkc,nc->nk", offsets, self.normals_at(plane)).max(axis=1)
 
     def _index(self, plane: Array) -> Array:
         """Fractional (row, column) of plane positions, shape (N, 2) -> (2, N)."""

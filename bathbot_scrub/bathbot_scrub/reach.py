@@ -12,7 +12,7 @@ from bathbot_scrub.rm65.tool_path import densify, solve_path, step_lengths
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _OFF_LIMITS = np.radians(5.0)  # [rad] from the limit of a joint
-_CAREFUL = JointLimits(RM65_LIMITS.lower + _OFF_LIMITS, RM65_LIMITS.upper - _OFF_LIMITS)
+_OFF_STRETCHED = np.radians(30.0)  # [rad] of the elbow: the wrist's centre keeps 16 mm to go
 _OFF_STRAIGHT = np.sin(np.radians(4.0))  # of joint 5
 
 
@@ -27,33 +27,37 @@ class Reach:
         solutions = solve_head(kinematics, kinematics.head(self._joints))
         chosen = nearest(solutions, self._joints)
         self._branch = int(np.nanargmin(np.abs(wrap(solutions - chosen)).max(axis=-1)))
+        self._careful = _careful_limits(elbow=float(chosen[2]))
 
     def holds(self, poses: ArrayLike, easily: bool = False) -> Mask:
         """Which head poses have a solution inside the limits on this branch, shape (N,).
 
         Args:
             poses: T_base_head, shape (N, 4, 4).
-            easily: Only those off the limits and off the posture in which the wrist is straight: a path
-                that passes near it would make joint 4 swing round.
+            easily: Only those off the limits and off the postures in which the arm is stretched - there a
+                few degrees of the skin's normal decide - or the wrist is straight: a path that passes near
+                it would make joint 4 swing round.
         """
         solutions = solve_head(self._kinematics, poses)[..., self._branch, :]
         if not easily:
             return np.isfinite(solutions).all(axis=-1)
         bent = np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT
-        return RM65_LIMITS.contain(solutions, _OFF_LIMITS) & bent
+        return self._careful.contain(solutions) & bent
 
     def follow(self, poses: ArrayLike, easily: bool = False) -> tuple[int, str]:
         """How many head poses, shape (N, 4, 4), the arm can follow one after the other from where it stands.
 
         Args:
             poses: T_base_head.
-            easily: Only as far as all joints stay off their limits.
+            easily: Only as far as all joints stay off their limits and the elbow stays bent.
 
         Returns:
             Their number, and why it ends there: empty when it can follow all.
         """
         try:
-            self._solve(np.asarray(poses, dtype=float), self._joints, _CAREFUL if easily else RM65_LIMITS)
+            self._solve(
+                np.asarray(poses, dtype=float), self._joints, self._careful if easily else RM65_LIMITS
+            )
         except _CutShortError as cut:
             return cut.count, str(cut)
         return len(poses), ""
@@ -82,6 +86,16 @@ class Reach:
         except UnreachableError as error:
             count = int(np.searchsorted(np.cumsum(step_lengths(poses)), lengths[error.index]))
             raise _CutShortError(count, str(error)) from error
+
+
+def _careful_limits(elbow: float) -> JointLimits:
+    """Limits [rad] with a margin, for an elbow bent the way of `elbow` [rad]."""
+    lower, upper = RM65_LIMITS.lower + _OFF_LIMITS, RM65_LIMITS.upper - _OFF_LIMITS
+    if elbow < 0.0:
+        upper[2] = -_OFF_STRETCHED
+    else:
+        lower[2] = _OFF_STRETCHED
+    return JointLimits(lower, upper)
 
 
 class _CutShortError(Exception):

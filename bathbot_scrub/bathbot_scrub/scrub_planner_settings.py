@@ -29,6 +29,7 @@ class ScrubPlannerSettings:
 
     step: float = _about(0.002, "between neighbouring poses [m]")
     compression: float = _about(0.005, "by which the path presses the bristles; they give 0.010 [m]")
+    max_bend: float = _about(0.0075, "of bristles beside the middle; a hollow is pressed less [m]")
     turn_threshold_deg: float = _about(6.0, "theta of Eq. (18), against the last pose applied [deg]")
     segment_points: int = _about(30, "poses in one segment")
     ahead: int = _about(3, "segments kept with the arm, the one under the head included")
@@ -60,6 +61,7 @@ class ScrubPlannerSettings:
         )  # fmt: skip
         self._demand_within(
             ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),
+            ("max_bend", 0.001, 0.010),
             ("max_slope_deg", 5.0, 80.0), ("min_reach", 0.0, 1.0), ("reach_margin", 0.0, 0.05),
             ("head_room", 0.0, 0.1), ("cell", 0.001, 0.01), ("segment_points", 5, 500),
         )  # fmt: skip

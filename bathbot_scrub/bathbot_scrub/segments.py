@@ -25,6 +25,8 @@ _SLACK = 1.5  # the head's path may be this much shorter than the plane path whe
 _TURNING = 40.0  # rate at which an orientation left over is made up for [rad/m]
 _HALF_TURN = np.radians(140.0)  # more than this may be turned either way [rad]
 _LEAVING = 0.12  # mean slope at which an old surface is left for the new
+_BRISTLES = 0.7  # share of the brush's radius: bristles farther out give way sideways
+_LEAST_PRESSED = 0.003  # so much the head presses in any hollow, or breathing would lift it off [m]
 _LEAST = 0.4  # a rest shorter than this share of a segment is joined to it
 
 
@@ -150,9 +152,11 @@ class SegmentShaper:
         return curve, chord_parameters(tips), sites
 
     def _tips(self, field: HeightField, lengths: Array) -> Array:
-        """Tips of the bristles on a surface, pressed in, shape (N, 3), patch frame."""
-        plane = self._at(lengths)
-        return field.points_at(plane) - self._settings.compression * field.normals_at(plane)
+        """Tips of the bristles on a surface, pressed in, shape (N, 3), patch frame; less so in a hollow."""
+        plane, settings = self._at(lengths), self._settings
+        room = settings.max_bend - field.relief_at(plane, _BRISTLES * settings.brush_diameter / 2.0)
+        pressed = np.clip(room, min(_LEAST_PRESSED, settings.compression), settings.compression)
+        return field.points_at(plane) - pressed[:, None] * field.normals_at(plane)
 
     def _at(self, lengths: Array) -> Array:
         """Plane positions at lengths of the plane path [m], shape (N, 2)."""

@@ -143,3 +143,13 @@ def test_half_a_turn_at_the_start_unwinds_the_wrist(order, off):
     if order >= 2:  # half a turn at first, and the lines turn it back
         assert np.abs(yaw).max() < 215.0
     assert np.ptp(yaw) < 375.0
+
+
+def test_a_hollow_is_pressed_less():
+    """In a bowl the bristles beside the middle bend further: the head stays higher, but in touch."""
+    bowl = HeightField(GRID, 0.06 - np.sqrt(0.06**2 - np.clip(Y, -0.05, 0.05) ** 2), np.ones(X.shape, dtype=bool))
+    shaper = SegmentShaper(PATH, SETTINGS)
+    joint = shaper.start(bowl, None, None)
+    poses, _, _ = shaper.lay(joint, bowl, 20)
+    pressed = np.hypot(poses[:, 1, 3], 0.06 - poses[:, 2, 3]) - 0.06
+    assert np.all((pressed[2:] > 0.0028) & (pressed[2:] < SETTINGS.compression))

@@ -1,6 +1,7 @@
 """The smooth height field."""
 
 import numpy as np
+import pytest
 from bathbot_scrub.height_field import HeightField, smooth
 from bathbot_scrub.patch import Cells, PatchGrid
 from hypothesis import given, settings
@@ -57,3 +58,15 @@ def test_transposed_field_is_the_mirror():
     plane = np.array([[0.02, -0.01], [0.0, 0.03]])
     other = field.transposed().points_at(plane[:, ::-1])
     assert_allclose(other[:, [1, 0, 2]], field.points_at(plane), atol=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["hollow", "bump"])
+def test_relief_of_a_ball_is_its_sagitta(sign):
+    """A bowl of radius R rises by R - sqrt(R^2 - r^2) at distance r from its deepest point; a ball falls."""
+    grid = PatchGrid(np.eye(4), 0.06, 0.06, 0.004)
+    x, y = np.meshgrid(grid.x, grid.y)
+    height = sign * (0.1 - np.sqrt(0.1**2 - x**2 - y**2))
+    field = HeightField(grid, height, np.ones(x.shape, dtype=bool))
+    assert field.relief_at([[0.0, 0.0]], 0.02)[0] == pytest.approx(
+        sign * (0.1 - np.sqrt(0.1**2 - 0.02**2)), abs=1e-4
+    )

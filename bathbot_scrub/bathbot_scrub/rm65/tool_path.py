@@ -95,21 +95,20 @@ def _continuous(joints: Array, start: Array, limits: JointLimits) -> Array:
     """Unwrap whole turns along the path and refuse what jumps or leaves the limits."""
     joints = np.unwrap(joints, axis=0)
     joints += start - joints[0]
-    steps = np.abs(np.diff(joints, axis=0)).max(-1, initial=0.0)
-    if steps.size and steps.max() > LARGEST_STEP:
-        index = int(np.argmax(steps)) + 1
+    steps = np.abs(np.diff(joints, axis=0, prepend=joints[:1])).max(-1)
+    flips, outside = steps > LARGEST_STEP, ~limits.contain(joints)
+    if not (flips | outside).any():
+        return joints
+    index = int(np.argmax(flips | outside))  # whichever comes first: what is behind it was never asked for
+    if flips[index]:
         raise UnreachableError(
-            f"pose {index} of the path turns a joint by {steps.max():.2f} rad at once (singular posture); "
+            f"pose {index} of the path turns a joint by {steps[index]:.2f} rad at once (singular posture); "
             "choose another direction of travel",
             index,
         )
-    outside = ~limits.contain(joints)
-    if outside.any():
-        index = int(np.argmax(outside))
-        raise UnreachableError(
-            f"pose {index} of {len(joints)} of the path needs a joint beyond its limits", index
-        )
-    return joints
+    raise UnreachableError(
+        f"pose {index} of {len(joints)} of the path needs a joint beyond its limits", index
+    )
 
 
 def timed_tool_path(
