@@ -9,6 +9,7 @@ from bathbot_localize.messages import pose_from_transform, targets_from_contact
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 from bathbot_bringup import bathing
 from bathbot_bringup.bathing import Sighting, Step
@@ -42,6 +43,9 @@ class Bather:
         self._regions_seen: set[str] = set()
         self._approach = client.action(Approach, "approach")
         self._scrub = client.action(Scrub, "scrub")
+        client.service(SelectRegion, "select_region")
+        for service in ("arm/stop", "arm/retract", "arm/home"):
+            client.service(Trigger, service)
         node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
@@ -59,7 +63,9 @@ class Bather:
         """Tell the localiser which region is wanted."""
         step = bathing.SELECT
         request = SelectRegion.Request(region=self._region)
-        response = self._client.call(step.name, SelectRegion, "select_region", request, step.timeout)
+        response = self._client.call(
+            step.name, SelectRegion, "select_region", request, step.timeout, attempts=3
+        )
         if response.error_code != SelectRegion.Response.NONE:
             raise StepError(step.name, response.error_msg)
 

@@ -33,7 +33,7 @@ class GraphClient:
         self.node = Node(f"{name}_{os.getpid()}")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
-        self._states: dict[str, Client] = {}
+        self._clients: dict[str, Client] = {}
         self._actions: list[ActionClient] = []
         self.watch: Callable[[], None] = lambda: None
 
@@ -47,7 +47,7 @@ class GraphClient:
         for action in self._actions:  # a node does not destroy these itself
             action.destroy()
         self._actions.clear()
-        self._states.clear()
+        self._clients.clear()
         self.node.destroy_node()
         rclpy.try_shutdown()
 
@@ -76,9 +76,19 @@ class GraphClient:
         self._actions.append(ActionClient(self.node, kind, name))
         return self._actions[-1]
 
+    def service(self, kind: type, name: str) -> Client:
+        """Make a client of a service, or give the one made before; it ends with this one.
+
+        Make it some time before it is needed: a server that has not discovered its client yet drops the
+        answer, though the client has discovered the server.
+        """
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        return self._clients[name]
+
     def is_active(self, name: str) -> bool:
         """Ask a lifecycle node whether it is active; false while it does not answer."""
-        client = self._states.setdefault(name, self.node.create_client(GetState, f"{name}/get_state"))
+        client = self.service(GetState, f"{name}/get_state")
         if not client.service_is_ready():
             self._executor.spin_once(timeout_sec=_TICK)
             return False
@@ -86,23 +96,31 @@ class GraphClient:
         answered = self.spin_until(future.done, 2.0)
         return answered and future.result().current_state.label == "active"
 
-    def call(self, step: str, kind: type, service: str, request: Any, timeout: float) -> Any:
+    def call(
+        self, step: str, kind: type, service: str, request: Any, timeout: float, attempts: int = 1
+    ) -> Any:
         """Call a service and wait for its response.
+
+        Args:
+            step: Of the job, for the error.
+            kind: Of the service.
+            service: Its name.
+            request: What to ask.
+            timeout: [s], for all attempts together.
+            attempts: How often to ask; more than once only where asking twice does no harm.
 
         Raises:
             StepError: When the service is not offered or does not answer in time.
         """
-        client = self.node.create_client(kind, service)
-        try:
-            deadline = time.monotonic() + timeout
-            if not self.spin_until(client.service_is_ready, timeout):
-                raise StepError(step, f"nobody offers the service {service}; is its node running?")
+        client, deadline = self.service(kind, service), time.monotonic() + timeout
+        if not self.spin_until(client.service_is_ready, timeout):
+            raise StepError(step, f"nobody offers the service {service}; is its node running?")
+        for left in range(attempts, 0, -1):
             future = client.call_async(request)
-            if not self.spin_until(future.done, max(deadline - time.monotonic(), 0.1)):
-                raise StepError(step, f"the service {service} did not answer within {timeout:.0f} s")
-            return future.result()
-        finally:
-            self.node.destroy_client(client)
+            if self.spin_until(future.done, max((deadline - time.monotonic()) / left, 0.1)):
+                return future.result()
+            client.remove_pending_request(future)
+        raise StepError(step, f"the service {service} did not answer within {timeout:.0f} s")
 
     def trigger(self, step: str, service: str, timeout: float) -> str:
         """Call a Trigger service and give its message.

@@ -8,11 +8,15 @@ import pytest
 from bathbot_bringup.domain import free_domain, used_ports
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph_client_node import GraphClient
+from rclpy.task import Future
+from std_srvs.srv import Trigger
 
 PROGRAM = """
 import os
 from bathbot_bringup.bathing_node import Bather
 from bathbot_bringup.graph_client_node import GraphClient
+from rclpy.task import Future
+from std_srvs.srv import Trigger
 
 def threads():
     return len(os.listdir("/proc/self/task"))
@@ -57,3 +61,18 @@ def test_what_the_watch_raises_ends_the_wait(client):
     client.watch = watch
     with pytest.raises(StepError, match="something died"):
         client.spin_until(lambda: False, 5.0)
+
+
+def test_a_service_is_asked_again_where_that_does_no_harm(client):
+    """The first answer is lost, as when the server has not discovered its client yet."""
+    asked = []
+    client.node.create_service(Trigger, "forgetful", lambda request, response: asked.append(1) or response)
+    sent, late = client.service(Trigger, "forgetful"), []
+    send = sent.call_async
+    sent.call_async = lambda request: late.append(1) or (send(request) if len(late) > 1 else Future())
+    assert client.call("ask", Trigger, "forgetful", Trigger.Request(), 4.0, attempts=2) is not None
+    assert (len(late), len(asked)) == (2, 1)
+
+
+def test_one_client_serves_all_calls_of_a_service(client):
+    assert client.service(Trigger, "arm/home") is client.service(Trigger, "arm/home")

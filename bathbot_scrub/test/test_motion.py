@@ -5,9 +5,11 @@ import pytest
 from arm_poses import ARM, HOME, PLANNER, TARGET, TOUCH, facing
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, retreated
+from bathbot_scrub.rm65.tool_path import densify, solve_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 reachable = st.tuples(
     st.floats(0.48, 0.56),
@@ -91,3 +93,31 @@ def test_a_far_beginning_is_reached_over_the_skin():
     assert_allclose(height, [0.0, 0.03, 0.03, 0.0], atol=1e-12)
     with pytest.raises(UnreachableError, match="approach its start"):
         PLANNER.lead_in(TARGET, first, 0.03, 0.05)
+
+
+def test_the_way_home_is_the_way_the_arm_came():
+    """Scrubbed beside the target, the wrist wound up, retracted: over the skin and back, nowhere else."""
+    came = PLANNER.to_pose(HOME, retreated(TARGET, 0.06))
+    line = PLANNER.line(came.joints[-1], 0.06, 0.03)
+    ends = np.stack([TARGET, TARGET])
+    ends[1, :3, 3] += 0.05 * TARGET[:3, 1]
+    turns = Rotation.from_euler("z", np.linspace(0.0, -200.0, 60)[:, None], degrees=True).as_matrix()
+    poses = np.tile(TARGET, (60, 1, 1))
+    poses[:, :3, :3] = TARGET[:3, :3] @ turns
+    poses[:, :3, 3] = TARGET[:3, 3] + np.linspace(0.0, 0.05, 60)[:, None] * TARGET[:3, 1]
+    scrubbed = solve_path(ARM, densify(poses)[1], line.joints[-1])[-1]
+    start = PLANNER.line(scrubbed, -0.10, 0.25).joints[-1]
+    path = PLANNER.to_home(start, came)
+    assert_allclose(path.joints[-1], HOME, atol=1e-9)
+    way = np.array([path.at(s) for s in np.linspace(0.0, path.end, 400)])
+    heads, known = ARM.head(way)[:, :3, 3], ARM.head(came.joints)[:, :3, 3]
+    over = ARM.head(start)[:3, 3] + np.linspace(0.0, 1.0, 50)[:, None] * (known[-1] - ARM.head(start)[:3, 3])
+    allowed = np.concatenate([known, over, known[-1] - np.linspace(0.0, 0.05, 20)[:, None] * TARGET[:3, 2]])
+    assert np.linalg.norm(heads[:, None] - allowed, axis=-1).min(axis=1).max() < 0.03
+    assert np.abs(np.diff(way, axis=0)).max() < 0.2
+
+
+def test_a_way_that_did_not_begin_at_home_is_not_taken_back():
+    near = PLANNER.to_pose(HOME, retreated(TARGET, 0.06))
+    elsewhere = PLANNER.joint_path(near.joints[-1], near.joints[-1] + 0.05)
+    assert_allclose(PLANNER.to_home(near.joints[-1], elsewhere).joints[-1], HOME, atol=1e-9)

@@ -147,7 +147,9 @@ def test_half_a_turn_at_the_start_unwinds_the_wrist(order, off):
 
 def test_a_hollow_is_pressed_less():
     """In a bowl the bristles beside the middle bend further: the head stays higher, but in touch."""
-    bowl = HeightField(GRID, 0.06 - np.sqrt(0.06**2 - np.clip(Y, -0.05, 0.05) ** 2), np.ones(X.shape, dtype=bool))
+    bowl = HeightField(
+        GRID, 0.06 - np.sqrt(0.06**2 - np.clip(Y, -0.05, 0.05) ** 2), np.ones(X.shape, dtype=bool)
+    )
     shaper = SegmentShaper(PATH, SETTINGS)
     joint = shaper.start(bowl, None, None)
     poses, _, _ = shaper.lay(joint, bowl, 20)

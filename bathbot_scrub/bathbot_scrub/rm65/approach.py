@@ -60,6 +60,7 @@ class Approach:
         self._loop, self._link, self._planner = loop, link, planner
         self._limits, self._settings = limits, settings
         self._one = threading.Lock()
+        self.came: JointPath | None = None  # the way to the last stand-off
 
     def run(
         self,
@@ -91,6 +92,7 @@ class Approach:
                 self._loop.guard.begin_approach(limits, f"on the way to {request.region}")
             self._zero()
             self._move(way, Kind.TRANSIT, self._planner.joint_pace, target, canceled, progress)
+            self.came = way
             self._zero()
             self._move(line, Kind.SEEK, line_pace(speed, _ACCELERATION), target, canceled, progress)
             return self._felt()

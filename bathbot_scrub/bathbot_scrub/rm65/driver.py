@@ -104,7 +104,7 @@ class ArmDriver:
         Raises:
             NotReadyError, UnreachableError: With the reason.
         """
-        path = self.planner.to_home(self.loop.standing())
+        path = self.planner.to_home(self.loop.standing(), self._approach.came)
         with self.loop.lock:
             self.loop.guard.begin_approach(self.limits.gentlest(), "going home")
             self.loop.begin(path, self.planner.joint_pace, Kind.HOME)

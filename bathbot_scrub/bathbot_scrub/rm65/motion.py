@@ -3,6 +3,7 @@
 What cannot be done is refused here, with the reason.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from bathbot_scrub.rm65.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.path_runner import Pace
 from bathbot_scrub.rm65.tool_path import SAMPLE_STEP, densify, solve_path, timed_tool_path
+from bathbot_scrub.rm65.way_back import way_back
 
 Array = NDArray[np.float64]
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
@@ -79,13 +81,20 @@ class Planner:
                 reasons.append(str(error))
         raise UnreachableError(f"no clear way to {_place(T_base_head)}: {reasons[0]}; call arm/home first")
 
-    def to_home(self, start: ArrayLike) -> JointPath:
+    def to_home(self, start: ArrayLike, came: JointPath | None = None) -> JointPath:
         """Joint path to the folded posture, from where the head may still be near the person.
+
+        Args:
+            start: Joints now [rad], shape (6,).
+            came: The way on which the arm came from there: known to be free, so it is taken back if it can.
 
         Raises:
             UnreachableError: With what is in the way.
         """
         start = np.asarray(start, dtype=float)
+        if came is not None:
+            with suppress(UnreachableError):  # another way follows
+                return self.joint_path(start, *way_back(self.kinematics, start, came, self.home, self.limits))
         side = retreated(self.kinematics.head(start), -_NEAR_SIDE)
         way = self._free.between(start, self.home, side)
         return self.joint_path(start, *way[1:], self.home)
