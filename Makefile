@@ -61,8 +61,8 @@ colcon: export ROS_VERSION := 2
 colcon: export ROS_PYTHON_VERSION := 3
 colcon: export PATH := $(CURDIR)/$(BIN):$(PATH)
 colcon: setup
-	colcon build --cmake-args -DBUILD_TESTING=OFF -DCMAKE_PROJECT_INCLUDE=$(CURDIR)/bathbot_msgs/pip/ros_wheels.cmake -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python
-	colcon test --event-handlers console_cohesion+
+	colcon build --merge-install --cmake-args -DBUILD_TESTING=OFF -DCMAKE_PROJECT_INCLUDE=$(CURDIR)/bathbot_msgs/pip/ros_wheels.cmake -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python
+	colcon test --merge-install --event-handlers console_cohesion+
 	colcon test-result
 
 clean:
