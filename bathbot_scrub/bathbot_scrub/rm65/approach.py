@@ -60,7 +60,7 @@ class Approach:
         self._loop, self._link, self._planner = loop, link, planner
         self._limits, self._settings = limits, settings
         self._one = threading.Lock()
-        self.came: JointPath | None = None  # the way to the last stand-off
+        self.came: JointPath | None = None  # the way to the stand-off, until the arm goes elsewhere
 
     def run(
         self,
@@ -90,6 +90,7 @@ class Approach:
             way, line = self._plan(target, standoff, speed)
             with self._loop.lock:
                 self._loop.guard.begin_approach(limits, f"on the way to {request.region}")
+            self.came = None
             self._zero()
             self._move(way, Kind.TRANSIT, self._planner.joint_pace, target, canceled, progress)
             self.came = way

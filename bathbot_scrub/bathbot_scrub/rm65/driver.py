@@ -108,6 +108,9 @@ class ArmDriver:
         with self.loop.lock:
             self.loop.guard.begin_approach(self.limits.gentlest(), "going home")
             self.loop.begin(path, self.planner.joint_pace, Kind.HOME)
+        self._approach.came = (
+            None  # asked again, from home or half-way, the arm must not go back to the person
+        )
 
     def stop(self) -> None:
         """Brake and give the motion up."""
