@@ -41,7 +41,7 @@ class Preset:
         temporal: Noise from frame to frame, rms [px of the stream].
         artefacts: Whether edges fly, the near side is blind and foregrounds cast shadows.
         factory: Error of the published intrinsics and extrinsics, 1 as on a usual unit.
-        unit: Step of the published depth [m].
+        unit: Step of the depth [m]; 0 for none, though the topic carries whole millimetres.
         subpixels: Steps of disparity per pixel; 0 for none.
     """
 
