@@ -116,8 +116,17 @@ class Correction(ABC):
         return self.unit.temperature
 
     @abstractmethod
-    def apply(self, depth: Depth) -> Depth:
-        """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none."""
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
+        """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none.
+
+        Args:
+            depth: Of the camera.
+            out: Where to write, float32, contiguous, shape (H, W), other memory than `depth`; a new array
+                by default.
+
+        Returns:
+            `out`.
+        """
 
     @abstractmethod
     def sigma(self, depth: Depth) -> Depth:
@@ -144,6 +153,21 @@ class Correction(ABC):
                 f"depth has shape {np.shape(depth)}, calibration is for {expected}; was the image resized?"
             )
         return np.ascontiguousarray(depth, dtype=np.float32)
+
+    def output(self, out: Depth | None) -> Depth:
+        """Give a place to write to: `out`, or a new array.
+
+        Raises:
+            DepthShapeError: If `out` has another shape, type or layout.
+        """
+        shape = (self.depth_camera.height, self.depth_camera.width)
+        if out is None:
+            return np.empty(shape, np.float32)
+        if out.shape != shape or out.dtype != np.float32 or not out.flags.c_contiguous:
+            raise DepthShapeError(
+                f"out is {out.dtype} of shape {out.shape}, needed is contiguous float32 of shape {shape}"
+            )
+        return out
 
     def save(self, path: Path | str) -> None:
         """Write the correction to an .npz file; an interrupted write leaves the old file.
@@ -185,9 +209,11 @@ class Identity(Correction):
 
     model = "identity"
 
-    def apply(self, depth: Depth) -> Depth:
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Give a copy of depth [m], shape (H, W)."""
-        return self.check_shape(depth).copy()
+        depth, out = self.check_shape(depth), self.output(out)
+        np.copyto(out, depth)
+        return out
 
     def sigma(self, depth: Depth) -> Depth:
         """Noise of one frame and the 2 % that the data sheet allows, added in squares [m]."""

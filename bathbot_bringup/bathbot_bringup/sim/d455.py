@@ -127,6 +127,7 @@ class D455:
             self._right,
             noise,
             np.float32(self._ratio * (preset.offset + warmth)),
+            np.float32(preset.follow),
             np.float32(preset.ripple),
             np.float32(preset.subpixels),
             self._constant,
@@ -164,7 +165,9 @@ class D455:
 
 
 @numba.njit(cache=True, nogil=True)
-def _sense(disparity, left, right, noise, offset, ripple, subpixels, constant, unit, artefacts, out):
+def _sense(
+    disparity, left, right, noise, offset, follow, ripple, subpixels, constant, unit, artefacts, out
+):  # fmt: skip
     height, width = disparity.shape
     for v in range(height):
         taken = np.float32(1e9)  # leftmost pixel of the right imager that anything to the right maps to
@@ -179,7 +182,7 @@ def _sense(disparity, left, right, noise, offset, ripple, subpixels, constant, u
             taken = min(taken, match)
             if artefacts and (match < 0.0 or hidden or d > SEARCH):
                 continue
-            at = min(max(match, np.float32(0.0)), np.float32(width - 1.001))
+            at = min(max(u - follow * d, np.float32(0.0)), np.float32(width - 1.001))
             cell = int(at)
             share = at - cell
             d += left[v, u] - ((1.0 - share) * right[v, cell] + share * right[v, cell + 1]) + offset
