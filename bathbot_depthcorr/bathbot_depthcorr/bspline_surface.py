@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 
@@ -27,16 +28,17 @@ class SplineGrid:
         """Bases along u, shape (len(u), columns), and v, shape (len(v), rows), at pixels of a grid."""
         return _axis_basis(u, self.width, self.columns), _axis_basis(v, self.height, self.rows)
 
-    def tensor(self, u: ArrayLike, v: ArrayLike) -> Array:
-        """Design matrix, shape (len(v) len(u), count), of all pixels of the grid v x u, v slowest."""
-        along_u, along_v = self.basis(u, v)
-        return np.kron(along_v, along_u)
+    def local(self, pixels: ArrayLike) -> tuple[NDArray[np.intp], Array]:
+        """The 16 coefficients that matter at each pixel: ascending indices, and bases, shape (N, 16) each.
 
-    def scattered(self, pixels: ArrayLike) -> Array:
-        """Design matrix, shape (N, count), at pixels (u, v), shape (N, 2), inside the image."""
+        Args:
+            pixels: (u, v) inside the image, shape (N, 2).
+        """
         pixels = np.asarray(pixels, dtype=float)
-        along_u, along_v = self.basis(pixels[:, 0], pixels[:, 1])
-        return (along_v[:, :, None] * along_u[:, None, :]).reshape(len(pixels), self.count)
+        columns, along_u = _local_basis(pixels[:, 0], self.width, self.columns)
+        rows, along_v = _local_basis(pixels[:, 1], self.height, self.rows)
+        index = rows[:, :, None] * self.columns + columns[:, None, :]
+        return index.reshape(-1, 16), (along_v[:, :, None] * along_u[:, None, :]).reshape(-1, 16)
 
     def evaluate(self, coefficients: ArrayLike, u: ArrayLike, v: ArrayLike) -> Array:
         """Surface, shape (len(v), len(u)), of coefficients, shape (count,), v slowest."""
@@ -65,7 +67,16 @@ def row_step(height: int) -> int:
     return max(1, height // 90)
 
 
-def _axis_basis(pixels: ArrayLike, size: int, count: int) -> Array:
+def _design(pixels: ArrayLike, size: int, count: int) -> csr_array:
     step = size / (count - 3)
     knots = -0.5 + step * np.arange(-3, count + 1)
-    return BSpline.design_matrix(np.asarray(pixels, dtype=float), knots, 3, extrapolate=True).toarray()
+    return BSpline.design_matrix(np.asarray(pixels, dtype=float), knots, 3, extrapolate=True)
+
+
+def _axis_basis(pixels: ArrayLike, size: int, count: int) -> Array:
+    return _design(pixels, size, count).toarray()
+
+
+def _local_basis(pixels: ArrayLike, size: int, count: int) -> tuple[NDArray[np.intp], Array]:
+    design = _design(pixels, size, count)
+    return design.indices.reshape(-1, 4), design.data.reshape(-1, 4)

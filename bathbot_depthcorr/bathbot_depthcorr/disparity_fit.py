@@ -14,10 +14,10 @@ from scipy.linalg import block_diag
 from bathbot_depthcorr.bspline_surface import SplineGrid
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_spline import DisparitySpline
-from bathbot_depthcorr.disparity_walls import wall_rows
+from bathbot_depthcorr.disparity_walls import Wall, wall_rows
 from bathbot_depthcorr.ripple import TERMS
 from bathbot_depthcorr.views import CalibrationView, block_centres, wall_noise
-from bathbot_depthcorr.wall_fit import solve_walls
+from bathbot_depthcorr.wall_fit import Columns, beside, solve_walls
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,9 @@ PRIOR_OFFSET = 3.0  # [px]
 PRIOR_RIPPLE = 0.03  # [px]
 ROUGHNESS_OFFSET = 0.15  # [px] expected second difference of neighbouring coefficients
 ROUGHNESS_SCALE = 0.003
-FINE_VIEWS = 18  # from so many views on, finer maps are worth their coefficients
+FINE_VIEWS = 18  # from so many views on, finer maps are worth their coefficients (columns, rows)
+OFFSET_FINE, OFFSET_COARSE = (32, 18), (12, 8)
+SCALE_FINE, SCALE_COARSE = (12, 8), (5, 4)
 
 
 def fit_disparity_spline(views: Sequence[CalibrationView], unit: CameraUnit) -> DisparitySpline:
@@ -40,15 +42,10 @@ def fit_disparity_spline(views: Sequence[CalibrationView], unit: CameraUnit) -> 
         The correction; its `T_colour_depth` is the fitted transform.
     """
     camera, fine = unit.depth_camera, len(views) >= FINE_VIEWS
-    offset_grid = SplineGrid(camera.width, camera.height, *((18, 11) if fine else (12, 8)))
-    scale_grid = SplineGrid(camera.width, camera.height, *((6, 4) if fine else (5, 4)))
-    u, v = block_centres(camera)
-    offset, scale = offset_grid.tensor(u, v), scale_grid.tensor(u, v)
+    offset_grid = SplineGrid(camera.width, camera.height, *(OFFSET_FINE if fine else OFFSET_COARSE))
+    scale_grid = SplineGrid(camera.width, camera.height, *(SCALE_FINE if fine else SCALE_COARSE))
     walls = [wall_rows(view, unit) for view in views]
-    columns = [
-        np.hstack([offset[wall.blocks], scale[wall.blocks] * wall.disparity[:, None], wall.ripple])
-        for wall in walls
-    ]
+    columns = [_columns(offset_grid, scale_grid, wall) for wall in walls]
     prior = block_diag(
         smoothness(offset_grid, ROUGHNESS_OFFSET, PRIOR_OFFSET),
         smoothness(scale_grid, ROUGHNESS_SCALE, PRIOR_SCALE * np.sqrt(scale_grid.count)),
@@ -56,14 +53,13 @@ def fit_disparity_spline(views: Sequence[CalibrationView], unit: CameraUnit) -> 
     )
     found = solve_walls(walls, columns, prior, unit)
     parts = np.split(found.coefficients, np.cumsum([offset_grid.count, scale_grid.count]))
-    variances = _variances(found.covariance, offset, scale).reshape(3, len(v), len(u))
     fitted = DisparitySpline(
         replace(unit, T_colour_depth=found.transform),
         parts[1].reshape(scale_grid.rows, -1),
         parts[0].reshape(offset_grid.rows, -1),
         parts[2],
         0.0,
-        variances,
+        _variances(found.covariance, offset_grid, scale_grid, unit),
     )
     fitted.noise = wall_noise(fitted, views)
     return fitted
@@ -80,13 +76,27 @@ def smoothness(grid: SplineGrid, roughness: float, size: float) -> Array:
     return grid.roughness() / roughness**2 + np.eye(grid.count) * size**-2.0
 
 
-def _variances(covariance: Array, offset: Array, scale: Array) -> Array:
-    """Var(o), Cov(o, s) and Var(s) at every block, shape (3, blocks)."""
-    first = slice(offset.shape[1])
-    second = slice(offset.shape[1], offset.shape[1] + scale.shape[1])
-    across = offset @ covariance[first, second]
-    return np.stack([
+def _columns(offset_grid: SplineGrid, scale_grid: SplineGrid, wall: Wall) -> Columns:
+    """Derivatives of o + s d + ripple."""
+    offset, scale = (Columns(*grid.local(wall.pixels)) for grid in (offset_grid, scale_grid))
+    scaled = Columns(scale.index, scale.value * wall.disparity[:, None])
+    return beside(offset, scaled, ripple_columns(wall), counts=(offset_grid.count, scale_grid.count, TERMS))
+
+
+def ripple_columns(wall: Wall) -> Columns:
+    """Derivatives by the ripple's amplitudes."""
+    return Columns(np.broadcast_to(np.arange(TERMS), wall.ripple.shape), wall.ripple)
+
+
+def _variances(covariance: Array, offset_grid: SplineGrid, scale_grid: SplineGrid, unit: CameraUnit) -> Array:
+    """Var(o), Cov(o, s) and Var(s) at every block, shape (3, h, w)."""
+    u, v = block_centres(unit.depth_camera)
+    (across_o, down_o), (across_s, down_s) = offset_grid.basis(u, v), scale_grid.basis(u, v)
+    offset, scale = np.kron(down_o, across_o), np.kron(down_s, across_s)
+    first = slice(offset_grid.count)
+    second = slice(offset_grid.count, offset_grid.count + scale_grid.count)
+    return np.reshape([
         np.sum(offset @ covariance[first, first] * offset, axis=1),
-        np.sum(across * scale, axis=1),
+        np.sum(offset @ covariance[first, second] * scale, axis=1),
         np.sum(scale @ covariance[second, second] * scale, axis=1),
-    ])  # fmt: skip
+    ], (3, len(v), len(u)))  # fmt: skip

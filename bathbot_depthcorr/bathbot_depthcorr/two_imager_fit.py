@@ -15,17 +15,20 @@ from bathbot_depthcorr.bspline_surface import SplineGrid
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import (
     FINE_VIEWS,
+    OFFSET_COARSE,
+    OFFSET_FINE,
     PRIOR_OFFSET,
     PRIOR_RIPPLE,
     PRIOR_SCALE,
     ROUGHNESS_OFFSET,
+    ripple_columns,
     smoothness,
 )
 from bathbot_depthcorr.disparity_walls import wall_rows
 from bathbot_depthcorr.ripple import TERMS
 from bathbot_depthcorr.two_imager import TwoImager, widest_disparity
 from bathbot_depthcorr.views import CalibrationView, block_centres, wall_noise
-from bathbot_depthcorr.wall_fit import solve_walls
+from bathbot_depthcorr.wall_fit import Columns, beside, solve_walls
 
 Array = NDArray[np.float64]
 
@@ -44,10 +47,16 @@ def fit_two_imager(views: Sequence[CalibrationView], unit: CameraUnit) -> TwoIma
         The correction; its `T_colour_depth` is the fitted transform.
     """
     camera = unit.depth_camera
-    grid = SplineGrid(camera.width, camera.height, *((18, 11) if len(views) >= FINE_VIEWS else (12, 8)))
+    grid = SplineGrid(
+        camera.width, camera.height, *(OFFSET_FINE if len(views) >= FINE_VIEWS else OFFSET_COARSE)
+    )
     walls = [wall_rows(view, unit) for view in views]
     columns = [
-        np.hstack([_columns(grid, wall.pixels, wall.disparity), wall.disparity[:, None], wall.ripple])
+        beside(
+            _columns(grid, wall.pixels, wall.disparity),
+            ripple_columns(wall),
+            counts=(2 * grid.count + 1, TERMS),
+        )
         for wall in walls
     ]
     prior = block_diag(
@@ -71,10 +80,12 @@ def fit_two_imager(views: Sequence[CalibrationView], unit: CameraUnit) -> TwoIma
     return fitted
 
 
-def _columns(grid: SplineGrid, pixels: Array, disparity: Array) -> Array:
-    """Bases of the left map at pixels (u, v), shape (N, 2), and minus those of the right map at u - d."""
+def _columns(grid: SplineGrid, pixels: Array, disparity: Array) -> Columns:
+    """Derivatives of l(u, v) - r(u - d, v) + s d at pixels (u, v), shape (N, 2)."""
     matched = np.column_stack([np.clip(pixels[:, 0] - disparity, 0.0, grid.width - 1.0), pixels[:, 1]])
-    return np.hstack([grid.scattered(pixels), -grid.scattered(matched)])
+    left, right = Columns(*grid.local(pixels)), Columns(*grid.local(matched))
+    scale = Columns(np.zeros((len(pixels), 1), dtype=np.intp), disparity[:, None])
+    return beside(left, Columns(right.index, -right.value), scale, counts=(grid.count, grid.count, 1))
 
 
 def _variances(covariance: Array, grid: SplineGrid, unit: CameraUnit) -> Array:
@@ -85,6 +96,5 @@ def _variances(covariance: Array, grid: SplineGrid, unit: CameraUnit) -> Array:
     levels = []
     for disparity in np.linspace(0.0, widest_disparity(grid.width), LEVELS):
         shift = np.full(len(pixels), disparity)
-        columns = np.hstack([_columns(grid, pixels, shift), shift[:, None]])
-        levels.append(np.sum(columns @ covariance[:count, :count] * columns, axis=1))
+        levels.append(_columns(grid, pixels, shift).quadratic(covariance[:count, :count]))
     return np.reshape(levels, (LEVELS, len(v), len(u)))

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
@@ -30,6 +31,36 @@ LEAST_SIGMA = 0.005  # [px] of a block mean: keeps the priors alive on exact dat
 CORRELATED = 6.0  # neighbouring blocks err alike (texture, the maps' own grid): sigma counts so many times
 KNEE = 3.0  # Huber's, in sigma
 GROSS = 6.0  # residuals beyond this many sigma are not the wall
+
+
+class Columns(NamedTuple):
+    """Sparse rows of a model's derivatives: P of K coefficients matter to a block.
+
+    Attributes:
+        index: Which coefficients, ascending along each row, shape (N, P).
+        value: Derivatives of the corrected disparity by them, shape (N, P).
+    """
+
+    index: NDArray[np.intp]
+    value: Array
+
+    def times(self, coefficients: Array) -> Array:
+        """Disparity [px] that coefficients, shape (K,), add, shape (N,)."""
+        return np.sum(self.value * coefficients[self.index], axis=1)
+
+    def quadratic(self, matrix: Array) -> Array:
+        """Quadratic form of each row in a matrix, shape (K, K); shape (N,)."""
+        near = matrix[self.index[:, :, None], self.index[:, None, :]]
+        return np.einsum("ni,nij,nj->n", self.value, near, self.value)
+
+
+def beside(*parts: Columns, counts: Sequence[int]) -> Columns:
+    """Columns of maps side by side, each with its number of coefficients."""
+    shifts = np.cumsum([0, *counts[:-1]])
+    return Columns(
+        np.hstack([part.index + shift for part, shift in zip(parts, shifts, strict=True)]),
+        np.hstack([part.value for part in parts]),
+    )
 
 
 class Solution(NamedTuple):
@@ -51,7 +82,7 @@ def solve_walls(walls: Sequence[Wall], columns: Sequence[Array], prior: Array, u
 
     Args:
         walls: The views.
-        columns: Derivative of each wall's corrected disparity by the coefficients, shape (N, K) each.
+        columns: Of each wall.
         prior: Inverse covariance of the coefficients about zero, shape (K, K).
         unit: The camera, with the factory's transform.
     """
@@ -72,7 +103,7 @@ class _Bundle:
     """The equations; a state is the coefficients, then a rotation vector [rad] and a translation [m]."""
 
     def __init__(
-        self, walls: Sequence[Wall], columns: Sequence[Array], prior: Array, unit: CameraUnit
+        self, walls: Sequence[Wall], columns: Sequence[Columns], prior: Array, unit: CameraUnit
     ) -> None:
         self.walls, self.columns, self.prior, self.unit = walls, columns, prior, unit
 
@@ -97,23 +128,30 @@ class _Bundle:
         views = []
         for number, (wall, plane) in enumerate(zip(self.walls, planes, strict=True)):
             residual, by_motion, by_plane = self._residual(number, plane, state, transform)
-            jacobian = np.hstack([self.columns[number], by_motion])
             size = np.abs(residual) / sigma
             weight = np.where(size < GROSS, np.minimum(1.0, KNEE / np.maximum(size, 1e-9)), 0.0)
             weight /= (CORRELATED * sigma) ** 2
-            weighted = jacobian * weight[:, None]
+            index, value = self._rows(number, by_motion)
+            cross = np.zeros((3, len(state)))
+            accumulate(index, value, weight, residual, by_plane, hessian, gradient, cross)
             own = (by_plane * weight[:, None]).T @ by_plane + wall.information
-            cross = by_plane.T @ weighted
             own_gradient = by_plane.T @ (weight * residual) + wall.information @ (plane - wall.plane)
             solved = np.linalg.solve(own, np.column_stack([cross, own_gradient]))
-            hessian += weighted.T @ jacobian - cross.T @ solved[:, :-1]
-            gradient += weighted.T @ residual - cross.T @ solved[:, -1]
+            hessian -= cross.T @ solved[:, :-1]
+            gradient -= cross.T @ solved[:, -1]
             views.append(solved)
+        hessian = np.tril(hessian) + np.tril(hessian, -1).T
         step = -cho_solve(cho_factor(hessian), gradient)
         moved = [
             plane - solved[:, -1] - solved[:, :-1] @ step for plane, solved in zip(planes, views, strict=True)
         ]
         return state + step, moved, hessian
+
+    def _rows(self, number: int, by_motion: Array) -> Columns:
+        """The wall's columns with those of the motion behind them."""
+        motion = np.broadcast_to(np.arange(6), by_motion.shape)
+        counts = (len(self.prior) - 6, 6)
+        return beside(self.columns[number], Columns(motion, by_motion), counts=counts)
 
     def _residual(
         self, number: int, plane: Array, state: Array, transform: Array
@@ -123,10 +161,24 @@ class _Bundle:
         rotated = wall.directions @ transform[:3, :3].T
         below = 1.0 - float(plane @ transform[:3, 3])
         truth = focal_baseline * (rotated @ plane) / below
-        residual = wall.disparity + self.columns[number] @ state[:-6] - truth
+        residual = wall.disparity + self.columns[number].times(state) - truth
         by_rotation = rotated @ _cross_matrix(plane) * (focal_baseline / below)
         by_plane = rotated * (focal_baseline / below) + np.outer(truth / below, transform[:3, 3])
         return residual, np.hstack([-by_rotation, -np.outer(truth / below, plane)]), -by_plane
+
+
+@njit(cache=True, nogil=True)
+def accumulate(index, value, weight, residual, by_plane, hessian, gradient, cross):
+    """Add weighted rows to the lower triangle of J'WJ, to J'Wr and to P'WJ (P: derivatives by the plane)."""
+    for n in range(index.shape[0]):
+        for a in range(index.shape[1]):
+            i = index[n, a]
+            weighted = weight[n] * value[n, a]
+            gradient[i] += weighted * residual[n]
+            for k in range(3):
+                cross[k, i] += by_plane[n, k] * weighted
+            for b in range(a + 1):
+                hessian[i, index[n, b]] += weighted * value[n, b]
 
 
 def _cross_matrix(vector: Array) -> Array:
