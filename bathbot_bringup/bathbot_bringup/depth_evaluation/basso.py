@@ -1,0 +1,140 @@
+"""Basso, Menegatti and Pretto 2018: a local map that flattens, then a global one with the transform.
+
+    z' = a_0 + a_1 z + a_2 z^2 per cell (bilinear in between),    Z' = p_1(u, v) z' + p_2(u, v) z'^2
+
+Local map, views from near to far: the cloud corrected so far says which points are wall; the plane is fitted to
+the *raw* ones of these inside the circle about the image's middle, and each inlier's cell learns the depth at
+which its ray meets that plane. A second pass begins anew with the inliers of both. Global map: p_1 and p_2 are
+bilinear between the corners, three of them free (so they are linear over the image), and without a constant
+term; they are fitted together with the transform and the walls' planes.
+
+What is chosen here, as it is not published or was made for another sensor:
+
+* Cells are 8 px wide at 848 columns, samples are their means; they weigh 1 / Z^4, as stereo noise demands.
+* A cell learns from its first sample on, held by the same weak prior as in the paper's two stages
+  (`two_stage_fit.PRIOR_LOCAL`); published: from ten samples on, none before, which few poses do not reach.
+* Huber's loss in the joint fit; published: none. Priors: scale within 5 %, its growth within 10 % / m.
+* The published focal length and centre of the depth camera are not refined, as in no method here.
+
+At distances never seen both polynomials continue.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.plane import fit_plane
+from bathbot_depthcorr.two_stage_fit import CELL_NOISE, PRIOR_LOCAL
+from bathbot_depthcorr.views import CalibrationView, nearest_first
+from numpy.typing import NDArray
+
+from bathbot_bringup.depth_evaluation.joint_fit import Prediction, fit_jointly
+from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positive, spread_cells, wall_cells
+
+Array = NDArray[np.float64]
+
+IDENTITY = np.array([0.0, 1.0, 0.0])
+PRIOR_GLOBAL = np.repeat([0.05, 0.1], 3)  # standard deviations of p_1 - 1 and of p_2 [1/m]
+INLIER = 6.0  # standard deviations from the corrected wall
+LEAST_SPREAD = 5e-4  # [m], so that exact data keep their points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basso:
+    """The local map as coefficients of z, lowest first, (H, W, 3); p_1 and p_2 of the global one, (H, W)."""
+
+    T_colour_depth: Array
+    local: Depth
+    linear: Depth
+    square: Depth
+
+    def apply(self, depth: Depth) -> Depth:
+        """Correct depth [m], shape (H, W), NaN = none."""
+        flat = self.local[..., 0] + depth * (self.local[..., 1] + depth * self.local[..., 2])
+        return positive(np.where(flat > 0.0, flat * (self.linear + flat * self.square), np.nan))
+
+
+def fit_basso(views: Sequence[CalibrationView], unit: CameraUnit) -> Basso:
+    """Fit the local map from near to far, then the global one and the transform."""
+    walls = wall_cells(nearest_first(views), unit)
+    local = _fit_local(walls, unit)
+    flat = [
+        wall._replace(
+            disparity=unit.focal_baseline / _polynomial(local, unit.focal_baseline / wall.disparity)
+        )
+        for wall in walls
+    ]
+
+    def model(wall: WallCells, shared: Array, cells: Array) -> Prediction:
+        depth = unit.focal_baseline / wall.disparity.ravel()
+        across = _affine(wall.pixels.reshape(-1, 2), unit)
+        powers = np.hstack([across * depth[:, None], across * depth[:, None] ** 2])
+        corrected = depth + powers @ shared
+        slope = -unit.focal_baseline / corrected**2
+        return Prediction(unit.focal_baseline / corrected, powers * slope[:, None], np.zeros_like(cells))
+
+    fitted = fit_jointly(model, flat, unit, PRIOR_GLOBAL, 1.0)
+    across = _affine(unit.depth_camera.pixel_grid(), unit)
+    return Basso(
+        fitted.transform,
+        spread_cells(local, unit),
+        (1.0 + across @ fitted.shared[:3]).astype(np.float32),
+        (across @ fitted.shared[3:]).astype(np.float32),
+    )
+
+
+def _affine(pixels: Array, unit: CameraUnit) -> Array:
+    """1, x and y of pixels (u, v), shape (..., 2) -> (..., 3); x and y run from -1 to 1 over the image."""
+    size = np.array([unit.depth_camera.width, unit.depth_camera.height])
+    x, y = np.moveaxis((pixels + 0.5) * 2.0 / size - 1.0, -1, 0)
+    return np.stack([np.ones_like(x), x, y], axis=-1)
+
+
+def _fit_local(walls: Sequence[WallCells], unit: CameraUnit) -> Array:
+    """Coefficients of the local map, lowest first, shape (rows, columns, 3), from walls near to far."""
+    shape = walls[0].disparity.shape
+    first, second, masks = _LocalMap(shape, unit), _LocalMap(shape, unit), []
+    for wall in walls:
+        masks.append(first.inliers(wall))
+        first.learn(wall, masks[-1])
+    for wall, mask in zip(walls, masks, strict=True):
+        second.learn(wall, mask | first.inliers(wall))
+    return second.coefficients
+
+
+class _LocalMap:
+    """Quadratics per cell and the normal equations of all they have learnt."""
+
+    def __init__(self, shape: tuple[int, ...], unit: CameraUnit) -> None:
+        self.unit = unit
+        self._normal = np.broadcast_to(np.diag(PRIOR_LOCAL**-2.0), (*shape, 3, 3)).copy()
+        self._right = self._normal @ IDENTITY
+        self.coefficients = np.broadcast_to(IDENTITY, (*shape, 3))
+
+    def inliers(self, wall: WallCells) -> NDArray[np.bool_]:
+        """Cells, shape (rows, columns), whose corrected point lies on the corrected wall."""
+        corrected = _polynomial(self.coefficients, self.unit.focal_baseline / wall.disparity)
+        points = wall.directions * corrected[..., None]
+        away = np.abs(fit_plane(points, robust=True).distance(points))
+        spread = max(LEAST_SPREAD, 1.4826 * float(np.nanmedian(away)))
+        return away < INLIER * spread
+
+    def learn(self, wall: WallCells, inliers: NDArray[np.bool_]) -> None:
+        """Add one sample to each inlier's cell: where its ray meets the plane of the raw cloud's middle."""
+        depth = self.unit.focal_baseline / wall.disparity
+        camera = self.unit.depth_camera
+        middle = 0.5 * np.array([camera.width - 1, camera.height - 1])
+        circle = np.linalg.norm(wall.pixels - middle, axis=-1) < 0.5 * camera.height
+        weight = np.where(inliers, (self.unit.focal_baseline / (CELL_NOISE * depth**2)) ** 2, 0.0)
+        plane = fit_plane(wall.directions * depth[..., None], np.where(circle, weight, 0.0))
+        target = np.where(inliers, plane.depth_along(wall.directions), 0.0)
+        powers = np.where(inliers[..., None], depth[..., None] ** np.arange(3), 0.0)
+        weighted = weight[..., None] * powers
+        self._normal += weighted[..., :, None] * powers[..., None, :]
+        self._right += weighted * target[..., None]
+        self.coefficients = np.linalg.solve(self._normal, self._right[..., None])[..., 0]
+
+
+def _polynomial(coefficients: Array, depth: Array) -> Array:
+    return coefficients[..., 0] + depth * (coefficients[..., 1] + depth * coefficients[..., 2])

@@ -1,0 +1,49 @@
+"""One quadratic for the whole image, Z' = a + b Z + c Z^2, fitted together with the transform.
+
+Beyond the distances of the views the same polynomial continues.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.views import CalibrationView
+from numpy.typing import NDArray
+
+from bathbot_bringup.depth_evaluation.joint_fit import Prediction, fit_jointly
+from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positive, wall_cells
+
+Array = NDArray[np.float64]
+
+PRIOR = np.array([0.05, 0.1, 0.1])  # standard deviations of a [m], b - 1 and c [1/m]: weak, the views decide
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GlobalQuadratic:
+    """Z' = a + b Z + c Z^2; `coefficients` are a [m], b, c [1/m]."""
+
+    T_colour_depth: Array
+    coefficients: Array
+
+    def apply(self, depth: Depth) -> Depth:
+        """Correct depth [m], shape (H, W), NaN = none."""
+        a, b, c = self.coefficients.astype(np.float32)
+        return positive(a + depth * (b + depth * c))
+
+
+def fit_global_quadratic(views: Sequence[CalibrationView], unit: CameraUnit) -> GlobalQuadratic:
+    """Fit the quadratic and the transform."""
+
+    def model(wall: WallCells, shared: Array, cells: Array) -> Prediction:
+        depth = unit.focal_baseline / wall.disparity.ravel()
+        powers = np.stack([np.ones_like(depth), depth, depth**2], axis=-1)
+        corrected = depth + powers @ shared
+        return Prediction(
+            unit.focal_baseline / corrected,
+            -powers * (unit.focal_baseline / corrected**2)[:, None],
+            np.zeros_like(cells),
+        )
+
+    fitted = fit_jointly(model, wall_cells(views, unit), unit, PRIOR, 1.0)
+    return GlobalQuadratic(fitted.transform, fitted.shared + (0.0, 1.0, 0.0))
