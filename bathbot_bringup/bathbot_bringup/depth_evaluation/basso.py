@@ -2,18 +2,18 @@
 
     z' = a_0 + a_1 z + a_2 z^2 per cell (bilinear in between),    Z' = p_1(u, v) z' + p_2(u, v) z'^2
 
-Local map, views from near to far: the cloud corrected so far says which points are wall; the plane is fitted to
-the *raw* ones of these inside the circle about the image's middle, and each inlier's cell learns the depth at
-which its ray meets that plane. A second pass begins anew with the inliers of both. Global map: p_1 and p_2 are
-bilinear between the corners, three of them free (so they are linear over the image), and without a constant
-term; they are fitted together with the transform and the walls' planes.
+Local map, views from near to far: the cloud corrected so far says which points are wall; the plane is
+fitted to the *raw* ones of these inside the circle about the image's middle, and each inlier's cell learns
+the depth at which its ray meets that plane. A second pass begins anew with the inliers of both. Global map:
+p_1 and p_2 are bilinear between the corners, three of them free (so they are linear over the image), and
+without a constant term; they are fitted together with the transform and the walls' planes.
 
 What is chosen here, as it is not published or was made for another sensor:
 
 * Cells are 8 px wide at 848 columns, samples are their means; they weigh 1 / Z^4, as stereo noise demands.
-* A cell learns from its first sample on, held by the same weak prior as in the paper's two stages
-  (`two_stage_fit.PRIOR_LOCAL`); published: from ten samples on, none before, which few poses do not reach.
-* Huber's loss in the joint fit; published: none. Priors: scale within 5 %, its growth within 10 % / m.
+* A cell learns from its first sample on, held by a weak prior whose size served best on simulated units;
+  published: from ten samples on, none before, which few poses do not reach.
+* Huber's loss in the joint fit; published: none. Priors: p_1 within 5 %, p_2 within 0.1 / m.
 * The published focal length and centre of the depth camera are not refined, as in no method here.
 
 At distances never seen both polynomials continue.
@@ -25,7 +25,6 @@ from dataclasses import dataclass
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.plane import fit_plane
-from bathbot_depthcorr.two_stage_fit import CELL_NOISE, PRIOR_LOCAL
 from bathbot_depthcorr.views import CalibrationView, nearest_first
 from numpy.typing import NDArray
 
@@ -34,6 +33,8 @@ from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positi
 
 Array = NDArray[np.float64]
 
+CELL_NOISE = 0.06  # [px] of disparity, mean of a cell
+PRIOR_LOCAL = np.array([0.005, 0.015, 0.015])  # standard deviations of a_0 [m], a_1 - 1, a_2 [1/m]
 IDENTITY = np.array([0.0, 1.0, 0.0])
 PRIOR_GLOBAL = np.repeat([0.05, 0.1], 3)  # standard deviations of p_1 - 1 and of p_2 [1/m]
 INLIER = 6.0  # standard deviations from the corrected wall

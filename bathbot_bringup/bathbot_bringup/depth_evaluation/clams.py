@@ -2,8 +2,10 @@
 
     m = sum(w g^2) / sum(w g z)    over the samples (raw z, true g) of one cell and bin
 
-A bin starts as one sample with m = 1. Between the middles of two bins m is linear in z if both have 50 samples,
-else it is constant in the bin. What is chosen here, as it is not published or was made for another sensor:
+A bin starts as one sample with m = 1. Between the middles of two bins m is linear in z if both have 50
+samples, else it is constant in the bin.
+
+What is chosen here, as it is not published or was made for another sensor:
 
 * Weights w = 1 / g^4, since the noise of stereo grows with Z^2 (published: w = 1).
 * The published bin of 2 m is wide for a camera that works below 2 m; 0.25 m is the default here.
@@ -35,7 +37,7 @@ GROSS = 0.3  # relative error of a sample that does not count
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clams:
-    """Factors m and numbers of samples per bin and cell, shape (bins, rows, columns); `width` of a bin [m]."""
+    """Factors m and numbers of samples, shape (bins, rows, columns); `width` of a bin [m]."""
 
     T_colour_depth: Array
     width: float

@@ -16,6 +16,7 @@ from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positi
 
 Array = NDArray[np.float64]
 
+IDENTITY = np.array([0.0, 1.0, 0.0])
 PRIOR = np.array([0.05, 0.1, 0.1])  # standard deviations of a [m], b - 1 and c [1/m]: weak, the views decide
 
 
@@ -46,4 +47,4 @@ def fit_global_quadratic(views: Sequence[CalibrationView], unit: CameraUnit) -> 
         )
 
     fitted = fit_jointly(model, wall_cells(views, unit), unit, PRIOR, 1.0)
-    return GlobalQuadratic(fitted.transform, fitted.shared + (0.0, 1.0, 0.0))
+    return GlobalQuadratic(fitted.transform, IDENTITY + fitted.shared)

@@ -2,14 +2,14 @@
 
     d_k = d + D(u, v) exp(a_0 - a_1 d),    Z' = 1 / (c_1 d_k + c_0)
 
-The distortion map D, a_1, c_0, c_1, the transform and the walls' planes are fitted together, as published; the
-paper alternates between D and the rest, here D is eliminated in each Gauss-Newton step, which ends at the same
-minimum. What is chosen here, as the paper leaves it open or its sensor was another:
+The distortion map D, a_1, c_0, c_1, the transform and the walls' planes are fitted together, as published;
+the paper alternates between D and the rest, here D is eliminated in each Gauss-Newton step, which ends at
+the same minimum. What is chosen here, as the paper leaves it open or its sensor was another:
 
 * D has one value per cell (8 px at 848 columns), bilinear in between; the paper has one per pixel, from many
   more pictures. Cells that no view saw take the value of the nearest one that was seen.
 * D and exp(a_0) share a factor, so a_0 = a_1 times the mean disparity: D is the distortion there.
-* Weak priors: D within 1 px (native), a_1 within 0.02 / px (native), scale within 5 %, offset within 3 px.
+* Weak priors: D within 3 px (native), a_1 within 0.02 / px (native), scale within 5 %, offset within 3 px.
 
 At distances never seen the formula holds on: scale and offset extrapolate as stereo does, the distortion by
 its exponential.
@@ -31,7 +31,7 @@ from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positi
 Array = NDArray[np.float64]
 
 PRIOR_DECAY = 0.02  # [1/px native] of a_1
-PRIOR_DISTORTION = 1.0  # [px native] of D
+PRIOR_DISTORTION = 3.0  # [px native] of D
 NATIVE_WIDTH = 1280
 
 

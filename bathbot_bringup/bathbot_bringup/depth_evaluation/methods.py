@@ -44,9 +44,7 @@ METHODS: dict[str, Method] = {
     "global_quadratic": Method(fit_global_quadratic, "one quadratic in Z for the whole image"),
     "clams": Method(fit_clams, "a factor per 8x6 px and 0.25 m of depth (Teichman 2013)"),
     "herrera": Method(fit_herrera, "a map that fades with disparity, then scale and offset (Herrera 2012)"),
-    "basso": Method(
-        fit_basso, "quadratics per cell, flattened to the raw middle, then a global map (Basso 2018)"
-    ),
+    "basso": Method(fit_basso, "quadratics per cell towards the raw middle, then a global map (Basso 2018)"),
     "two_stage": Method(fit_two_stage, "the paper's: quadratics per cell, then one for all"),
     "disparity_spline": Method(fit_disparity_spline, "bathbot's default: splines and ripple in disparity"),
 }
