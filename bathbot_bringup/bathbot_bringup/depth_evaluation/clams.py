@@ -10,9 +10,11 @@ What is chosen here, as it is not published or was made for another sensor:
 * Weights w = 1 / g^4, since the noise of stereo grows with Z^2 (published: w = 1).
 * The published bin of 2 m is wide for a camera that works below 2 m; 0.25 m is the default here.
 * Samples off by more than 30 % do not count.
+* A bin that other cells filled but this one did not takes the factor of the cell's nearest bin with samples:
+  some twenty poses leave holes that a map made by walking about does not (published: m = 1).
 * The map absorbs what the factory's transform has wrong; the method itself fits no transform.
 
-A bin that no view reached leaves depth as it is: the method does not extrapolate.
+A bin that no view reached in any cell leaves depth as it is: the method does not extrapolate.
 """
 
 from collections.abc import Sequence
@@ -74,9 +76,21 @@ def fit_clams(views: Sequence[CalibrationView], unit: CameraUnit, width: float =
         above += view.frames * np.bincount(index, true**-2.0, above.size)
         below += view.frames * np.bincount(index, raw * true**-3.0, above.size)
         samples += view.frames * np.bincount(index, minlength=above.size)
+    factors = _filled((above / below).reshape(bins, -1), samples.reshape(bins, -1) > 0)
     shape = (bins, rows, columns)
-    factors = (above / below).astype(np.float32)
-    return Clams(unit.T_colour_depth, width, factors.reshape(shape), samples.reshape(shape))
+    return Clams(
+        unit.T_colour_depth, width, factors.astype(np.float32).reshape(shape), samples.reshape(shape)
+    )
+
+
+def _filled(factors: Array, seen: NDArray[np.bool_]) -> Array:
+    """Factors, shape (bins, cells), with the cell's nearest seen one in bins that only others saw."""
+    filled, bins = factors.copy(), np.arange(len(factors))
+    cells = np.flatnonzero(seen.any(axis=0))
+    for index in np.flatnonzero(seen.any(axis=1)):
+        steps = np.where(seen[:, cells], np.abs(bins - index)[:, None], len(bins))
+        filled[index, cells] = factors[np.argmin(steps, axis=0), cells]
+    return filled
 
 
 def _cells(shape: tuple[int, ...], cells: tuple[int, ...]) -> NDArray[np.intp]:
