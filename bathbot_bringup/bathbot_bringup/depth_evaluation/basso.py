@@ -24,12 +24,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.disparity_walls import Wall, wall_rows
 from bathbot_depthcorr.plane import fit_plane
 from bathbot_depthcorr.views import CalibrationView, nearest_first
 from numpy.typing import NDArray
 
+from bathbot_bringup.depth_evaluation.cell_map import cell_shape, spread_cells
+from bathbot_bringup.depth_evaluation.corrected_depth import Depth, positive
 from bathbot_bringup.depth_evaluation.joint_fit import Prediction, fit_jointly
-from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positive, spread_cells, wall_cells
 
 Array = NDArray[np.float64]
 
@@ -58,18 +60,13 @@ class Basso:
 
 def fit_basso(views: Sequence[CalibrationView], unit: CameraUnit) -> Basso:
     """Fit the local map from near to far, then the global one and the transform."""
-    walls = wall_cells(nearest_first(views), unit)
+    walls = [wall_rows(view, unit) for view in nearest_first(views)]
     local = _fit_local(walls, unit)
-    flat = [
-        wall._replace(
-            disparity=unit.focal_baseline / _polynomial(local, unit.focal_baseline / wall.disparity)
-        )
-        for wall in walls
-    ]
+    flat = [wall._replace(disparity=unit.focal_baseline / local.apply(wall)) for wall in walls]
 
-    def model(wall: WallCells, shared: Array, cells: Array) -> Prediction:
-        depth = unit.focal_baseline / wall.disparity.ravel()
-        across = _affine(wall.pixels.reshape(-1, 2), unit)
+    def model(wall: Wall, shared: Array, cells: Array) -> Prediction:
+        depth = unit.focal_baseline / wall.disparity
+        across = _affine(wall.pixels, unit)
         powers = np.hstack([across * depth[:, None], across * depth[:, None] ** 2])
         corrected = depth + powers @ shared
         slope = -unit.focal_baseline / corrected**2
@@ -79,7 +76,7 @@ def fit_basso(views: Sequence[CalibrationView], unit: CameraUnit) -> Basso:
     across = _affine(unit.depth_camera.pixel_grid(), unit)
     return Basso(
         fitted.transform,
-        spread_cells(local, unit),
+        spread_cells(local.coefficients.reshape(*cell_shape(unit), 3), unit),
         (1.0 + across @ fitted.shared[:3]).astype(np.float32),
         (across @ fitted.shared[3:]).astype(np.float32),
     )
@@ -92,50 +89,52 @@ def _affine(pixels: Array, unit: CameraUnit) -> Array:
     return np.stack([np.ones_like(x), x, y], axis=-1)
 
 
-def _fit_local(walls: Sequence[WallCells], unit: CameraUnit) -> Array:
-    """Coefficients of the local map, lowest first, shape (rows, columns, 3), from walls near to far."""
-    shape = walls[0].disparity.shape
-    first, second, masks = _LocalMap(shape, unit), _LocalMap(shape, unit), []
+def _fit_local(walls: Sequence[Wall], unit: CameraUnit) -> "_LocalMap":
+    """Learn from walls, near to far, and again from the inliers of both passes."""
+    first, second, inliers = _LocalMap(unit), _LocalMap(unit), []
     for wall in walls:
-        masks.append(first.inliers(wall))
-        first.learn(wall, masks[-1])
-    for wall, mask in zip(walls, masks, strict=True):
+        inliers.append(first.inliers(wall))
+        first.learn(wall, inliers[-1])
+    for wall, mask in zip(walls, inliers, strict=True):
         second.learn(wall, mask | first.inliers(wall))
-    return second.coefficients
+    return second
 
 
 class _LocalMap:
-    """Quadratics per cell and the normal equations of all they have learnt."""
+    """A quadratic per cell, and the normal equations of all it has learnt.
 
-    def __init__(self, shape: tuple[int, ...], unit: CameraUnit) -> None:
-        self.unit = unit
-        self._normal = np.broadcast_to(np.diag(PRIOR_LOCAL**-2.0), (*shape, 3, 3)).copy()
+    Attributes:
+        coefficients: Lowest first, shape (cells, 3).
+    """
+
+    def __init__(self, unit: CameraUnit) -> None:
+        self.unit, count = unit, int(np.prod(cell_shape(unit)))
+        self.coefficients = np.tile(IDENTITY, (count, 1))
+        self._normal = np.tile(np.diag(PRIOR_LOCAL**-2.0), (count, 1, 1))
         self._right = self._normal @ IDENTITY
-        self.coefficients = np.broadcast_to(IDENTITY, (*shape, 3))
 
-    def inliers(self, wall: WallCells) -> NDArray[np.bool_]:
-        """Cells, shape (rows, columns), whose corrected point lies on the corrected wall."""
-        corrected = _polynomial(self.coefficients, self.unit.focal_baseline / wall.disparity)
-        points = wall.directions * corrected[..., None]
-        away = np.abs(fit_plane(points, robust=True).distance(points))
-        spread = max(LEAST_SPREAD, 1.4826 * float(np.nanmedian(away)))
-        return away < INLIER * spread
-
-    def learn(self, wall: WallCells, inliers: NDArray[np.bool_]) -> None:
-        """Add one sample to each inlier's cell: where its ray meets the plane of the raw cloud's middle."""
+    def apply(self, wall: Wall) -> Array:
+        """Corrected depth [m] of a wall's N cells, shape (N,)."""
         depth = self.unit.focal_baseline / wall.disparity
-        camera = self.unit.depth_camera
+        return np.sum(self.coefficients[wall.blocks] * depth[:, None] ** np.arange(3), axis=1)
+
+    def inliers(self, wall: Wall) -> NDArray[np.bool_]:
+        """Which of a wall's N cells lie, corrected, on the corrected wall, shape (N,)."""
+        points = wall.directions * self.apply(wall)[:, None]
+        away = np.abs(fit_plane(points, robust=True).distance(points))
+        return away < INLIER * max(LEAST_SPREAD, 1.4826 * float(np.median(away)))
+
+    def learn(self, wall: Wall, inliers: NDArray[np.bool_]) -> None:
+        """Add a sample to each inlier's cell: where its ray meets the plane of the raw cloud's middle."""
+        depth, camera = self.unit.focal_baseline / wall.disparity, self.unit.depth_camera
+        weight = (self.unit.focal_baseline / (CELL_NOISE * depth**2)) ** 2
         middle = 0.5 * np.array([camera.width - 1, camera.height - 1])
-        circle = np.linalg.norm(wall.pixels - middle, axis=-1) < 0.5 * camera.height
-        weight = np.where(inliers, (self.unit.focal_baseline / (CELL_NOISE * depth**2)) ** 2, 0.0)
-        plane = fit_plane(wall.directions * depth[..., None], np.where(circle, weight, 0.0))
-        target = np.where(inliers, plane.depth_along(wall.directions), 0.0)
-        powers = np.where(inliers[..., None], depth[..., None] ** np.arange(3), 0.0)
-        weighted = weight[..., None] * powers
-        self._normal += weighted[..., :, None] * powers[..., None, :]
-        self._right += weighted * target[..., None]
-        self.coefficients = np.linalg.solve(self._normal, self._right[..., None])[..., 0]
-
-
-def _polynomial(coefficients: Array, depth: Array) -> Array:
-    return coefficients[..., 0] + depth * (coefficients[..., 1] + depth * coefficients[..., 2])
+        circle = np.linalg.norm(wall.pixels - middle, axis=1) < 0.5 * camera.height
+        plane = fit_plane(wall.directions * depth[:, None], np.where(circle & inliers, weight, 0.0))
+        target = plane.depth_along(wall.directions)
+        used = inliers & np.isfinite(target)
+        powers = depth[used, None] ** np.arange(3)
+        weighted = weight[used, None] * powers
+        self._normal[wall.blocks[used]] += weighted[:, :, None] * powers[:, None, :]
+        self._right[wall.blocks[used]] += weighted * target[used, None]
+        self.coefficients = np.linalg.solve(self._normal, self._right[:, :, None])[:, :, 0]

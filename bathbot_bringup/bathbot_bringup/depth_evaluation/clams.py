@@ -25,7 +25,7 @@ from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.views import CalibrationView, true_depth
 from numpy.typing import NDArray
 
-from bathbot_bringup.depth_evaluation.wall_cells import Depth, positive
+from bathbot_bringup.depth_evaluation.corrected_depth import Depth, positive
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.disparity_walls import Wall, wall_rows
 from bathbot_depthcorr.views import CalibrationView
 from numpy.typing import NDArray
 
+from bathbot_bringup.depth_evaluation.corrected_depth import Depth, positive
 from bathbot_bringup.depth_evaluation.joint_fit import Prediction, fit_jointly
-from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positive, wall_cells
 
 Array = NDArray[np.float64]
 
@@ -36,8 +37,8 @@ class GlobalQuadratic:
 def fit_global_quadratic(views: Sequence[CalibrationView], unit: CameraUnit) -> GlobalQuadratic:
     """Fit the quadratic and the transform."""
 
-    def model(wall: WallCells, shared: Array, cells: Array) -> Prediction:
-        depth = unit.focal_baseline / wall.disparity.ravel()
+    def model(wall: Wall, shared: Array, cells: Array) -> Prediction:
+        depth = unit.focal_baseline / wall.disparity
         powers = np.stack([np.ones_like(depth), depth, depth**2], axis=-1)
         corrected = depth + powers @ shared
         return Prediction(
@@ -46,5 +47,5 @@ def fit_global_quadratic(views: Sequence[CalibrationView], unit: CameraUnit) -> 
             np.zeros_like(cells),
         )
 
-    fitted = fit_jointly(model, wall_cells(views, unit), unit, PRIOR, 1.0)
+    fitted = fit_jointly(model, [wall_rows(view, unit) for view in views], unit, PRIOR, 1.0)
     return GlobalQuadratic(fitted.transform, IDENTITY + fitted.shared)

@@ -21,12 +21,14 @@ from dataclasses import dataclass
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import PRIOR_OFFSET, PRIOR_SCALE
+from bathbot_depthcorr.disparity_walls import Wall, wall_rows
 from bathbot_depthcorr.views import CalibrationView
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from bathbot_bringup.depth_evaluation.cell_map import cell_shape, spread_cells
+from bathbot_bringup.depth_evaluation.corrected_depth import Depth, positive
 from bathbot_bringup.depth_evaluation.joint_fit import Prediction, fit_jointly
-from bathbot_bringup.depth_evaluation.wall_cells import Depth, WallCells, positive, spread_cells, wall_cells
 
 Array = NDArray[np.float64]
 
@@ -56,13 +58,14 @@ class Herrera:
 
 def fit_herrera(views: Sequence[CalibrationView], unit: CameraUnit) -> Herrera:
     """Fit map, decay, scale, offset and transform together."""
-    walls = wall_cells(views, unit)
-    seen = np.isfinite([wall.disparity for wall in walls])
-    middle = float(np.mean(np.stack([wall.disparity for wall in walls])[seen]))
+    walls = [wall_rows(view, unit) for view in views]
+    middle = float(np.mean(np.concatenate([wall.disparity for wall in walls])))
+    seen = np.zeros(np.prod(cell_shape(unit)), dtype=bool)
+    seen[np.concatenate([wall.blocks for wall in walls])] = True
 
-    def model(wall: WallCells, shared: Array, cells: Array) -> Prediction:
+    def model(wall: Wall, shared: Array, cells: Array) -> Prediction:
         decay, scale, offset = shared
-        disparity = wall.disparity.ravel()
+        disparity = wall.disparity
         fading = np.exp(-decay * (disparity - middle))
         undistorted = disparity + cells * fading
         by_decay = -(1.0 + scale) * cells * fading * (disparity - middle)
@@ -73,7 +76,7 @@ def fit_herrera(views: Sequence[CalibrationView], unit: CameraUnit) -> Herrera:
     prior = np.array([PRIOR_DECAY / ratio, PRIOR_SCALE, PRIOR_OFFSET])
     fitted = fit_jointly(model, walls, unit, prior, PRIOR_DISTORTION * ratio)
     decay, scale, offset = fitted.shared.tolist()
-    distortion = _filled(fitted.cells.reshape(walls[0].disparity.shape), seen.any(axis=0))
+    distortion = _filled(fitted.cells, seen.reshape(fitted.cells.shape))
     return Herrera(
         fitted.transform,
         unit.focal_baseline,

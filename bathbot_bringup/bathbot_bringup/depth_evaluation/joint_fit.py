@@ -1,9 +1,10 @@
 """A baseline's parameters fitted together with the depth -> colour transform and the walls' planes.
 
-One robust Gauss-Newton for all baselines that the literature fits jointly. It treats them as
-`bathbot_depthcorr.disparity_fit` treats the default model: residuals in disparity, where the noise of stereo
-is the same at all distances (that is, sigma_Z ~ Z^2), Huber's loss at three sigma, the factory's transform
-within 0.3 deg and 2 mm, each wall's plane within the covariance its chessboard gave.
+One robust Gauss-Newton for all baselines that the literature fits jointly; their models are not linear in
+their parameters. It treats them as `bathbot_depthcorr.wall_fit` treats the default model: residuals in
+disparity, where the noise of stereo is the same at all distances (that is, sigma_Z ~ Z^2), Huber's loss at
+three sigma, the factory's transform within 0.3 deg and 2 mm, each wall's plane within the covariance that its
+chessboard gave.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,27 +12,28 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
-from bathbot_depthcorr.disparity_fit import (
+from bathbot_depthcorr.disparity_walls import Wall
+from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.wall_fit import (
     CORRELATED,
     GROSS,
+    KNEE,
     LEAST_SIGMA,
     PRIOR_ROTATION,
     PRIOR_TRANSLATION,
 )
-from bathbot_depthcorr.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from bathbot_bringup.depth_evaluation.wall_cells import WallCells
+from bathbot_bringup.depth_evaluation.cell_map import cell_shape
 
 Array = NDArray[np.float64]
 
 ITERATIONS = 12
-HUBER = 3.0  # [sigma]
 
 
 class Prediction(NamedTuple):
-    """What a model says of one wall's N cells; rows where it can say nothing are NaN.
+    """What a model says of the N cells that saw a wall.
 
     Attributes:
         disparity: Corrected, shape (N,) [px].
@@ -44,11 +46,12 @@ class Prediction(NamedTuple):
     by_cell: Array
 
 
-Model = Callable[[WallCells, Array, Array], Prediction]  # of a wall, shared (P,) and cell (N,) parameters
+# of a wall, the shared parameters (P,) and those of the wall's cells (N,)
+Model = Callable[[Wall, Array, Array], Prediction]
 
 
 class JointResult(NamedTuple):
-    """Shared parameters (P,), one parameter per cell (N,), and the transform (4, 4)."""
+    """Shared parameters (P,), one parameter per cell (rows, columns), and the transform (4, 4)."""
 
     shared: Array
     cells: Array
@@ -56,13 +59,13 @@ class JointResult(NamedTuple):
 
 
 def fit_jointly(
-    model: Model, walls: Sequence[WallCells], unit: CameraUnit, shared_prior: Array, cell_prior: float
+    model: Model, walls: Sequence[Wall], unit: CameraUnit, shared_prior: Array, cell_prior: float
 ) -> JointResult:
     """Fit a model.
 
     Args:
         model: Predicts; all its parameters are zero for the identity.
-        walls: The views; the cells of all of them are the same N.
+        walls: The views.
         unit: The camera, with the factory's depth -> colour transform.
         shared_prior: Standard deviations of the shared parameters about zero, shape (P,).
         cell_prior: Standard deviation of a cell's parameter about zero.
@@ -76,7 +79,7 @@ class _JointFit:
     def __init__(
         self,
         model: Model,
-        walls: Sequence[WallCells],
+        walls: Sequence[Wall],
         unit: CameraUnit,
         shared_prior: Array,
         cell_prior: float,
@@ -85,7 +88,7 @@ class _JointFit:
         motion = np.repeat([PRIOR_ROTATION, PRIOR_TRANSLATION], 3)
         self.prior, self.cell_prior = np.concatenate([shared_prior, motion]) ** -2.0, cell_prior**-2.0
         self.state = np.zeros(len(self.prior))
-        self.cells = np.zeros(walls[0].disparity.size)
+        self.cells = np.zeros(np.prod(cell_shape(unit)))
         self.planes = np.stack([wall.plane for wall in walls])
 
     def run(self) -> JointResult:
@@ -97,7 +100,7 @@ class _JointFit:
             sigma = max(LEAST_SIGMA, 1.4826 * float(np.median(size[size < gate])))
             gate = GROSS * sigma
             self._step(rows, sigma)
-        return JointResult(self.state[:-6], self.cells, self._transform())
+        return JointResult(self.state[:-6], self.cells.reshape(cell_shape(self.unit)), self._transform())
 
     def _transform(self) -> Array:
         turn, shift = self.state[-6:-3], self.state[-3:]
@@ -105,21 +108,19 @@ class _JointFit:
         rotation = Rotation.from_rotvec(turn).as_matrix() @ factory[:3, :3]
         return transform_from(rotation, factory[:3, 3] + shift)
 
-    def _rows(self, wall: WallCells, plane: Array) -> "_Rows":
+    def _rows(self, wall: Wall, plane: Array) -> "_Rows":
         """Residual and derivatives of one wall."""
-        predicted = self.model(wall, self.state[:-6], self.cells)
-        used = np.flatnonzero(np.isfinite(predicted.disparity))
-        directions = wall.directions.reshape(-1, 3)[used]
+        predicted = self.model(wall, self.state[:-6], self.cells[wall.blocks])
         transform, focal_baseline = self._transform(), self.unit.focal_baseline
-        rotated = directions @ transform[:3, :3].T
+        rotated = wall.directions @ transform[:3, :3].T
         below = 1.0 - float(plane @ transform[:3, 3])
         truth = focal_baseline * (rotated @ plane) / below
         by_rotation = np.cross(rotated, plane) * (focal_baseline / below)
         by_translation = np.outer(truth / below, plane)
         by_plane = rotated * (focal_baseline / below) + np.outer(truth / below, transform[:3, 3])
-        jacobian = np.hstack([predicted.by_shared[used], -by_rotation, -by_translation])
-        residual = predicted.disparity[used] - truth
-        return _Rows(used, residual, jacobian, -by_plane, predicted.by_cell[used])
+        jacobian = np.hstack([predicted.by_shared, -by_rotation, -by_translation])
+        residual = predicted.disparity - truth
+        return _Rows(residual, jacobian, -by_plane, predicted.by_cell)
 
     def _step(self, rows: list["_Rows"], sigma: float) -> None:
         """One Gauss-Newton step; the cells, each alone in its rows, are eliminated (Schur complement)."""
@@ -139,9 +140,9 @@ class _JointFit:
             hessian[np.ix_(place, place)] += wall.information
             gradient[columns] += weighted.T @ row.residual
             gradient[place] += wall.information @ (self.planes[index] - wall.plane)
-            own[row.cells] += weight * row.by_cell**2
-            own_gradient[row.cells] += weight * row.by_cell * row.residual
-            cross[np.ix_(row.cells, columns)] += weighted * row.by_cell[:, None]
+            own[wall.blocks] += weight * row.by_cell**2
+            own_gradient[wall.blocks] += weight * row.by_cell * row.residual
+            cross[np.ix_(wall.blocks, columns)] += weighted * row.by_cell[:, None]
         solved = cross / own[:, None]
         step = -np.linalg.solve(hessian - cross.T @ solved, gradient - solved.T @ own_gradient)
         self.cells = self.cells - own_gradient / own - solved @ step
@@ -150,15 +151,14 @@ class _JointFit:
 
 
 class _Rows(NamedTuple):
-    """Linearised residuals of one wall, K used cells."""
+    """Linearised residuals of one wall, N cells."""
 
-    cells: NDArray[np.intp]  # (K,)
-    residual: Array  # (K,) [px]
-    jacobian: Array  # by shared parameters and motion, (K, P + 6)
-    by_plane: Array  # (K, 3)
-    by_cell: Array  # (K,)
+    residual: Array  # (N,) [px]
+    jacobian: Array  # by shared parameters and motion, (N, P + 6)
+    by_plane: Array  # (N, 3)
+    by_cell: Array  # (N,)
 
 
 def _huber_weight(size: Array) -> Array:
     """Weights of residuals given in sigma; none for what is no wall."""
-    return np.where(size < GROSS, np.minimum(1.0, HUBER / np.maximum(size, 1e-9)), 0.0)
+    return np.where(size < GROSS, np.minimum(1.0, KNEE / np.maximum(size, 1e-9)), 0.0)

@@ -1,34 +1,20 @@
 """The corrections that the evaluation compares, in the order of its tables."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.views import CalibrationView
-from numpy.typing import NDArray
 
 from bathbot_bringup.depth_evaluation.basso import fit_basso
 from bathbot_bringup.depth_evaluation.clams import fit_clams
+from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.global_quadratic import fit_global_quadratic
 from bathbot_bringup.depth_evaluation.herrera import fit_herrera
 from bathbot_bringup.depth_evaluation.tare import fit_tare
 from bathbot_bringup.depth_evaluation.uncorrected import fit_uncorrected
-
-
-class Fitted(Protocol):
-    """What any method gives."""
-
-    @property
-    def T_colour_depth(self) -> NDArray[np.float64]:
-        """Maps points of the depth frame to the colour frame, shape (4, 4)."""
-        ...
-
-    def apply(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Correct depth [m], shape (H, W), NaN = none."""
-        ...
 
 
 class Method(NamedTuple):

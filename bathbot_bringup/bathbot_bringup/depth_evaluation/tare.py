@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.disparity_walls import wall_rows
 from bathbot_depthcorr.views import CalibrationView, true_disparity
 from numpy.typing import NDArray
 
-from bathbot_bringup.depth_evaluation.wall_cells import Depth, positive, wall_cells
+from bathbot_bringup.depth_evaluation.corrected_depth import Depth, positive
 
 TARE_DISTANCE = 0.75  # [m]
 TARE_SPAN = 0.2  # relative
@@ -39,8 +40,8 @@ def fit_tare(views: Sequence[CalibrationView], unit: CameraUnit) -> Tare:
     """
     away = np.array([abs(view.distance / TARE_DISTANCE - 1.0) for view in views])
     near = [view for view, far in zip(views, away, strict=True) if far <= max(TARE_SPAN, away.min())]
-    lacking = [
-        true_disparity(view, unit, cells.directions) - cells.disparity
-        for view, cells in zip(near, wall_cells(near, unit), strict=True)
-    ]
-    return Tare(unit.T_colour_depth, float(np.nanmedian(lacking)) / unit.focal_baseline)
+    lacking = []
+    for view in near:
+        wall = wall_rows(view, unit)
+        lacking.append(true_disparity(view, unit, wall.directions) - wall.disparity)
+    return Tare(unit.T_colour_depth, float(np.median(np.concatenate(lacking))) / unit.focal_baseline)
