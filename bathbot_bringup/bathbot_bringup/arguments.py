@@ -25,6 +25,31 @@ def seed_list(text: str) -> list[int]:
     return list(dict.fromkeys(seeds))
 
 
+def count_or_seeds(text: str) -> list[int]:
+    """Read a number of seeds, `5` for 0 to 4, or the seeds themselves as `seed_list` does.
+
+    Raises:
+        InputError: On anything else, or no seed at all.
+    """
+    if not text.strip().isdecimal():
+        return seed_list(text)
+    if not 1 <= int(text) <= 10000:
+        raise InputError(f"the number of seeds must lie between 1 and 10000, got {text}")
+    return list(range(int(text)))
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """Read width and height of a picture [px], such as `1280x720`.
+
+    Raises:
+        InputError: On anything else.
+    """
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip())
+    if match is None:
+        raise InputError(f"a size is written as width x height, such as 1280x720, got {text!r}")
+    return int(match[1]), int(match[2])
+
+
 def board_size(text: str) -> tuple[int, int]:
     """Read the inner corners of a chessboard, such as `11x8`.
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
+from bathbot_depthcorr.two_imager_fit import fit_two_imager
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.views import CalibrationView
 
@@ -32,5 +33,6 @@ METHODS: dict[str, Method] = {
     "herrera": Method(fit_herrera, "a map that fades with disparity, then scale and offset (Herrera 2012)"),
     "basso": Method(fit_basso, "quadratics per cell towards the raw middle, then a global map (Basso 2018)"),
     "two_stage": Method(fit_two_stage, "the paper's: quadratics per cell, then one for all"),
+    "two_imager": Method(fit_two_imager, "splines and ripple in disparity, a map for each imager"),
     "disparity_spline": Method(fit_disparity_spline, "bathbot's default: splines and ripple in disparity"),
 }

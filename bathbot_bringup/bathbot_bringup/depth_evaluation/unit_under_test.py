@@ -85,9 +85,14 @@ class UnitUnderTest:
             boards.append(BoardView(corners, (1.0 / stack.mean(axis=0)).astype(np.float32), frames, noise))
         return views_from_boards(boards, board, unit.published_colour)
 
+    @property
+    def T_colour_depth(self) -> Array:
+        """The true transform, shape (4, 4)."""
+        return self._sensor.unit.T_colour_depth
+
     def truth(self, surface: Surface) -> Depth:
         """True depth [m], shape (H, W), of a surface given in the colour frame; NaN where there is none."""
-        there = surface.transformed(inverse(self._sensor.unit.T_colour_depth))
+        there = surface.transformed(inverse(self.T_colour_depth))
         return there.depth_along(self._rays).astype(np.float32)
 
     def clean(self, truth: Depth) -> Depth:
@@ -109,12 +114,18 @@ class UnitUnderTest:
         rng = np.random.default_rng([self.seed, 92, pose, number])
         return self._frame(truth, rng, 1000 + pose, celsius, air)
 
-    def expected(self, surface: Surface, T_colour_depth: Array) -> Array:
+    def expected(self, surface: Surface, T_colour_depth: Array, every: int = 1) -> Array:
         """Depth [m], shape (H, W), at which a user who trusts a transform would see a surface.
 
         Rays are those the camera publishes, so that errors of the intrinsics count as errors of depth.
+
+        Args:
+            surface: In the colour frame.
+            T_colour_depth: That the user trusts.
+            every: Give every so many rows and columns only.
         """
-        return surface.transformed(inverse(T_colour_depth)).depth_along(self._published_rays)
+        rays = self._published_rays[::every, ::every]
+        return surface.transformed(inverse(T_colour_depth)).depth_along(rays)
 
     def _frame(
         self, truth: Depth, rng: np.random.Generator, pose: int, celsius: float, air: Air = Air()
