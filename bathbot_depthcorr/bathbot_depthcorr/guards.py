@@ -7,21 +7,25 @@ size of the printed squares, and views that differ enough to tell errors apart.
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from bathbot_depthcorr.calibration_coverage import SAME_ANGLE, SAME_DISTANCE, coverage_of, pose_of
 from bathbot_depthcorr.colour_reference import ColourReference
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.errors import DepthcorrError
 from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
-from bathbot_depthcorr.rigid import inverse, rotation_angle
+from bathbot_depthcorr.rigid import inverse
 from bathbot_depthcorr.views import CalibrationView
+
+Array = NDArray[np.float64]
 
 LEAST_VIEWS, GOOD_VIEWS = 10, 18
 LEAST_DISTINCT = 8
-SAME_DISTANCE = 0.02  # [m] and
-SAME_ANGLE = np.deg2rad(2.0)  # [rad]: closer views count as one
 LEAST_TILT = np.deg2rad(8.0)
 LEAST_TILTED = 1.0 / 3.0
 LEAST_SPAN = 1.3  # farthest over nearest
+LEAST_WALL = 0.2  # share of the depth picture
 MOST_FOCAL = 0.005  # relative change of focal length against the factory
 MOST_CORNER_NOISE = 1.0  # [px]
 MOST_SCALE, ODD_SCALE = 0.06, 0.03  # relative difference of board and raw depth
@@ -100,14 +104,58 @@ def check_colour(reference: ColourReference) -> list[str]:
     return []
 
 
-def check_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
-    """Compare raw depth with the board's plane: finds a wrong square size, a mirrored image, aligned depth.
+def keep_walls(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[list[CalibrationView], list[str]]:
+    """Leave out views whose depth shows too little: glare, people, a blocked imager; warnings as above.
+
+    Raises:
+        CalibrationRefusedError: If less than `LEAST_VIEWS` are left.
+    """
+    shares = [float(np.isfinite(view.depth).mean()) for view in views]
+    kept = [view for view, share in zip(views, shares, strict=True) if share >= LEAST_WALL]
+    if len(kept) == len(views):
+        return kept, []
+    told = (
+        f"depth shows the wall on {LEAST_WALL:.0%} or more of the picture in only {len(kept)} of "
+        f"{len(views)} views, the worst has {min(shares):.0%}"
+    )
+    if len(kept) < LEAST_VIEWS:
+        raise CalibrationRefusedError(
+            f"{told}; at least {LEAST_VIEWS} views are needed: is the projector on, the wall without glare, "
+            "and the camera not too near?"
+        )
+    return kept, [f"{told}; the others were left out"]
+
+
+def check_coverage(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
+    """Name distances, tilts and corners of the picture of which the views hold little; never refuses."""
+    coverage = coverage_of(pose_of(view, unit) for view in views)
+    if not coverage.missing:
+        return []
+    thin = ", ".join(
+        f"{goal} {coverage.counts[goal]} of {coverage.counts[goal] + want}"
+        for goal, want in coverage.missing.items()
+    )
+    return [f"few views of: {thin}; the correction is less sure there"]
+
+
+def compare_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[float, float]:
+    """Raw depth over the board's distance, and the angle [rad] between their planes: medians.
+
+    Raises:
+        CalibrationRefusedError: If a view shows no wall.
+    """
+    ratios, angles = zip(*(_compare(view, unit) for view in views), strict=True)
+    return float(np.median(ratios)), float(np.median(angles))
+
+
+def check_wall(scale: float, angle: float) -> list[str]:
+    """Judge what `compare_wall` gave: finds a wrong square size, a mirrored image, aligned depth.
+
+    Raw depth itself errs by 2 %, so a square that is wrong by less than 3 % cannot be told from it.
 
     Raises:
         CalibrationRefusedError: If scale or direction of the wall cannot be right.
     """
-    ratios, angles = zip(*(_compare(view, unit) for view in views), strict=True)
-    scale, angle = float(np.median(ratios)), float(np.median(angles))
     if not abs(scale - 1.0) <= MOST_SCALE:
         raise CalibrationRefusedError(
             f"raw depth is {scale:.3f} times the board's distance, beyond {MOST_SCALE:.0%}; "
@@ -131,7 +179,8 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
     Raises:
         CalibrationRefusedError: If they differ by more than 1.5 deg or 15 mm.
     """
-    turn, move = extrinsics_change(fitted, factory)
+    change = extrinsics_change(fitted, factory)
+    turn, move = float(np.linalg.norm(change[:3])), float(np.linalg.norm(change[3:]))
     told = (
         f"depth -> colour is {np.rad2deg(turn):.2f} deg and {move * 1e3:.1f} mm off the factory's transform"
     )
@@ -142,11 +191,11 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
     return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
 
 
-def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> tuple[float, float]:
-    """Angle [rad] and distance [m] between two depth -> colour transforms."""
+def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> Array:
+    """Turn [rad] and move [m] between two depth -> colour transforms, shape (6,)."""
     change = fitted.T_colour_depth @ inverse(factory.T_colour_depth)
     move = fitted.T_colour_depth[:3, 3] - factory.T_colour_depth[:3, 3]
-    return float(rotation_angle(change[:3, :3])), float(np.linalg.norm(move))
+    return np.concatenate([Rotation.from_matrix(change[:3, :3]).as_rotvec(), move])
 
 
 def _count_distinct(views: Sequence[CalibrationView]) -> int:
