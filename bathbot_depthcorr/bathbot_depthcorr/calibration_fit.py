@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bathbot_depthcorr.calibration_report import CalibrationReport, judge
+from bathbot_depthcorr.calibration_report import CalibrationReport
 from bathbot_depthcorr.calibration_steps import Steps
 from bathbot_depthcorr.colour_reference import ColourReference
 from bathbot_depthcorr.correction import MODELS
@@ -22,7 +22,8 @@ from bathbot_depthcorr.guards import (
     extrinsics_change,
     keep_walls,
 )
-from bathbot_depthcorr.learning_curve import LearningPoint, learning_curve
+from bathbot_depthcorr.held_out_view import judge
+from bathbot_depthcorr.learning_curve import learning_curve
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.view_set import ViewSet
 from bathbot_depthcorr.views import CalibrationView, nearest_first
@@ -139,4 +140,4 @@ def calibrate(
 def with_learning(report: CalibrationReport, sound: SoundViews, steps: Steps) -> CalibrationReport:
     """The report with its learning curve: a few more fits."""
     points = learning_curve(find_fit(report.model), sound.training, sound.held, sound.unit, steps.progress)
-    return report._replace(learning=(*points, LearningPoint(len(sound.training), report.after)))
+    return report._replace(learning=points)

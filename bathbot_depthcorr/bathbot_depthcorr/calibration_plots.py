@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bathbot_depthcorr.calibration_report import CalibrationReport, HeldOutView
+from bathbot_depthcorr.calibration_report import CalibrationReport
 from bathbot_depthcorr.disparity_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
+from bathbot_depthcorr.held_out_view import HeldOutView
 
 DATA_SHEET = 0.02  # of the distance, that an uncorrected D455 may err
 COLOURS = {"before": "tab:red", "after": "tab:blue"}
@@ -17,7 +18,7 @@ _SHOWN = (0.75, 1.5)  # [m] distances of which the nearest views are shown
 
 def save_plots(report: CalibrationReport, path: Path | str) -> None:
     """Draw the held-out errors of a calibration, and its references, to an image file."""
-    figure = Figure(figsize=(15.0, 10.0), layout="constrained")
+    figure = Figure(figsize=(15.0, 9.5), layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(
         f"Depth correction {report.model}: {report.views} views, errors on {len(report.held_out)} held out, "
@@ -95,7 +96,10 @@ def _draw_learning(axes: Axes, report: CalibrationReport) -> None:
     views = [point.views for point in report.learning]
     axes.plot(views, [1e3 * point.error for point in report.learning], "o-", color=COLOURS["after"])
     axes.set(
-        xlabel="views learnt from", ylabel="held-out error [mm]", title="learning curve", ylim=(0.0, None)
+        xlabel="views learnt from",
+        ylabel="held-out error of patches [mm]",
+        title="learning curve",
+        ylim=(0.0, None),
     )
     axes.grid(visible=True, alpha=0.3)
 

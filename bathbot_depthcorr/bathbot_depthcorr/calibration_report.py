@@ -5,28 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.correction_model import Correction
+from bathbot_depthcorr.held_out_view import HeldOutView
 from bathbot_depthcorr.learning_curve import LearningPoint
-from bathbot_depthcorr.quality import plane_rmse, z_accuracy
-from bathbot_depthcorr.views import CalibrationView, block_means, block_size, true_depth
-
-QUANTILES = np.linspace(0.0, 1.0, 101)
-
-
-class HeldOutView(NamedTuple):
-    """Errors of one view that the fit did not see, all [m]; `before` uses the factory's transform."""
-
-    distance: float
-    signed_before: float
-    signed_after: float
-    absolute_before: float
-    absolute_after: float
-    rmse_before: float
-    rmse_after: float
-    residual_before: NDArray[np.float64]  # block means, shape (h, w)
-    residual_after: NDArray[np.float64]
-    quantiles_before: NDArray[np.float64]  # of the absolute error, at QUANTILES
-    quantiles_after: NDArray[np.float64]
 
 
 class CalibrationReport(NamedTuple):
@@ -97,7 +77,7 @@ class CalibrationReport(NamedTuple):
             f"depth -> colour: {np.rad2deg(self.turn):.3f} deg, {self.move * 1e3:.2f} mm from the factory's",
             f"colour focal length from the board: {self.focal_change:+.3%} against the factory's",
             f"raw depth is {self.scale:.4f} times the true distance",
-            *([f"learning curve, held-out error after fits to: {learning}"] if learning else []),
+            *([f"learning curve, held-out error of patches: {learning}"] if learning else []),
             *(f"warning: {warning}" for warning in self.warnings),
         ]
 
@@ -115,24 +95,6 @@ class CalibrationReport(NamedTuple):
             ],
             "turn_deg": np.rad2deg(self.change[:3]).tolist(), "move_mm": (1e3 * self.change[3:]).tolist(),
             "focal_change": self.focal_change, "frame_noise_px": self.frame_noise, "scale": self.scale,
-            "learning": [{"views": point.views, "after_mm": 1e3 * point.error} for point in self.learning],
+            "learning": [{"views": point.views, "patches_mm": 1e3 * point.error} for point in self.learning],
             "warnings": self.warnings,
         }  # fmt: skip
-
-
-def judge(view: CalibrationView, after: Correction, before: Correction) -> HeldOutView:
-    """Errors of a view under two corrections, each with its own transform."""
-    columns = zip(*(_errors(view, correction) for correction in (before, after)), strict=True)
-    return HeldOutView(view.distance, *(value for pair in columns for value in pair))
-
-
-def _errors(view: CalibrationView, correction: Correction) -> tuple:
-    camera = correction.depth_camera
-    depth, truth = correction.apply(view.depth), true_depth(view, correction.unit)
-    error = depth - truth
-    error[np.abs(error) > 0.1 * truth] = np.nan  # not the wall
-    accuracy = z_accuracy(truth + error, truth)
-    points = camera.deproject(camera.pixel_grid()[::2, ::2], (truth + error)[::2, ::2])
-    blocks = block_means(error, np.isfinite(error), block_size(camera))
-    quantiles = np.nanquantile(np.abs(error[::2, ::2]), QUANTILES)
-    return accuracy.signed, accuracy.absolute, plane_rmse(points), blocks, quantiles

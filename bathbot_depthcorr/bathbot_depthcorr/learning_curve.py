@@ -6,15 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from bathbot_depthcorr.correction_model import CameraUnit, Correction
-from bathbot_depthcorr.quality import z_accuracy
-from bathbot_depthcorr.views import CalibrationView, true_depth
+from bathbot_depthcorr.held_out_view import wall_error
+from bathbot_depthcorr.views import CalibrationView, block_means, block_size
 
-SIZES = (6, 9, 12, 15, 18)  # numbers of views; each costs a fit
+SIZES = (6, 9, 12, 15)  # numbers of views beside all; each costs a fit
+PATCH = 4  # blocks along the edge of a patch
 Fit = Callable[[Sequence[CalibrationView], CameraUnit], Correction]
 
 
 class LearningPoint(NamedTuple):
-    """Number of views learnt from, and the mean absolute error on the held-out ones [m]."""
+    """Number of views learnt from, and the mean absolute error of patches of the held-out ones [m]."""
 
     views: int
     error: float
@@ -27,7 +28,7 @@ def learning_curve(
     unit: CameraUnit,
     progress: Callable[[float, str], None] = lambda share, detail: None,
 ) -> tuple[LearningPoint, ...]:
-    """Fit to fewer and fewer of the training views, spread evenly over their distances.
+    """Fit to ever more of the training views, spread evenly over their distances.
 
     Args:
         fit: Makes a correction from views.
@@ -35,22 +36,23 @@ def learning_curve(
         held: Views that no fit sees.
         unit: The camera.
         progress: Called with the share done, 0..1, and a few words.
+
+    Returns:
+        Few views first; the last point learnt from all.
     """
-    sizes = [size for size in SIZES if size < len(training)]
+    sizes = [*(size for size in SIZES if size < len(training)), len(training)]
     points = []
     for number, size in enumerate(sizes):
         progress(number / len(sizes), f"fit to {size} views")
         chosen = np.round(np.linspace(0, len(training) - 1, size)).astype(int)
         correction = fit([training[index] for index in chosen], unit)
-        points.append(LearningPoint(size, mean_error(correction, held)))
+        points.append(LearningPoint(size, smooth_error(correction, held)))
     return tuple(points)
 
 
-def mean_error(correction: Correction, views: Sequence[CalibrationView]) -> float:
-    """Mean absolute error of a correction over views [m]."""
-    errors = []
-    for view in views:
-        depth, truth = correction.apply(view.depth), true_depth(view, correction.unit)
-        wall = np.abs(depth - truth) <= 0.1 * truth
-        errors.append(z_accuracy(np.where(wall, depth, np.nan), truth).absolute)
-    return float(np.mean(errors))
+def smooth_error(correction: Correction, views: Sequence[CalibrationView]) -> float:
+    """Mean absolute error of a correction over patches of views [m], in which noise averages out."""
+    size = PATCH * block_size(correction.depth_camera)
+    errors = [wall_error(view, correction)[0] for view in views]
+    patches = [np.abs(block_means(error, np.isfinite(error), size)) for error in errors]
+    return float(np.nanmean(np.stack(patches)))
