@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bathbot_depthcorr.calibrate import make_calibration, read_views, views_of_recording
+from bathbot_depthcorr.calibrate import check_target, make_calibration, read_views, views_of_recording
 from bathbot_depthcorr.calibration_steps import Steps
 from bathbot_depthcorr.chessboard import Chessboard
 from bathbot_depthcorr.view_folder import write_view_folder
@@ -57,14 +57,15 @@ def run_job(job: Job) -> None:
     Raises:
         BathbotError: In one line; then nothing is written.
     """
-    log, found = StageLog(), []
+    check_target(job.model, job.out)
+    found = []
     read = _reader(job)
 
     def remember(steps: Steps) -> ViewSet:
         found.append(read(steps))
         return found[0]
 
-    report = make_calibration(remember, job.out, job.model, log)
+    report = make_calibration(remember, job.out, job.model, StageLog())
     if job.views is not None:
         write_view_folder(job.views, found[0])
     if job.json is not None:
@@ -73,9 +74,10 @@ def run_job(job: Job) -> None:
 
 
 def _reader(job: Job) -> Callable[[Steps], ViewSet]:
-    """What gives the views of a job."""
+    """What gives the views of a job; a running camera is watched before it returns."""
     if job.source is not None:
         return lambda steps: read_views(job.source, job.board, steps)
     from bathbot_bringup.depth_coach_node import coach  # ROS only where it is wanted
 
-    return lambda steps: views_of_recording(coach(job.board, job.camera), job.board)
+    recording = coach(job.board, job.camera)
+    return lambda steps: views_of_recording(recording, job.board)

@@ -21,7 +21,15 @@ from bathbot_depthcorr.errors import SettingsError
 from bathbot_depthcorr.view_folder import is_view_folder, read_view_folder
 from bathbot_depthcorr.view_set import ViewSet
 
-__all__ = ["DEFAULT_MODEL", "calibrate", "calibrate_bag", "make_calibration", "read_views"]
+__all__ = [
+    "DEFAULT_MODEL",
+    "calibrate",
+    "calibrate_bag",
+    "check_target",
+    "make_calibration",
+    "read_views",
+    "views_of_recording",
+]
 
 
 def read_views(source: Path, board: Chessboard, steps: Steps) -> ViewSet:
@@ -55,7 +63,7 @@ def make_calibration(
     Raises:
         DepthcorrError: In one line, on places or views that do not serve.
     """
-    _refuse(model, out)
+    check_target(model, out)
     with steps.stage("read", "read the views"):
         found = read(steps)
     with steps.stage("fit", f"fit {model} to {len(found.views)} views"):
@@ -98,8 +106,12 @@ def calibrate_bag(
     )
 
 
-def _refuse(model: str, out: Path) -> None:
-    """Refuse an unknown model and places that cannot be written, before the work begins."""
+def check_target(model: str, out: Path) -> None:
+    """Refuse an unknown model and places that cannot be written, before the work begins.
+
+    Raises:
+        DepthcorrError: With what to try.
+    """
     find_fit(model)
     if not out.parent.is_dir():
         raise CalibrationFileError(

@@ -28,6 +28,7 @@ LEAST_TURN = np.deg2rad(10.0)  # of a view that counts as tilted
 GOOD_TURN = np.deg2rad(16.0)  # what is asked for
 SAME_DISTANCE = 0.02  # [m] and
 SAME_ANGLE = np.deg2rad(2.0)  # [rad]: closer views count as one
+_NOT_WORTH = np.deg2rad(4.0)  # of turning
 _CORNER_SHARE = 0.15  # of width and height that make a corner
 _CORNER_FILLED = 0.5  # share of its pixels with depth
 
@@ -141,25 +142,29 @@ def instruction(poses: Sequence[ViewPose], present: ViewPose | None = None) -> s
     corners = [name for name in CORNERS if name in coverage.missing]
     if set(coverage.missing) <= set(CORNERS):
         return f"let the wall fill the {corners[0]} corner of the picture, at {goal.distance:.2f} m"
-    words = [_walk(goal, present), *_turns(goal, present)]
-    return " and ".join(word for word in words if word) or "move a little, to a new place"
+    return _directions(goal, present) or "move a little, to a new place"
 
 
-def _walk(goal: ViewPose, present: ViewPose | None) -> str:
-    if present is None:
-        return f"show the board from {goal.distance:.2f} m"
-    if abs(goal.distance - present.distance) < SAME_DISTANCE:
-        return ""
-    return f"move {'back' if goal.distance > present.distance else 'closer'} to {goal.distance:.2f} m"
+def gain_words(goals: Sequence[str]) -> str:
+    """What a view serves, in words."""
+    words = [f"turned {goal}" if goal in TILTS else goal for goal in goals if goal not in CORNERS]
+    corners = sum(goal in CORNERS for goal in goals)
+    words += [f"{corners} corner{'s' if corners > 1 else ''}"] if corners else []
+    return ", ".join(words) or "nothing that was missing"
 
 
-def _turns(goal: ViewPose, present: ViewPose | None) -> list[str]:
+def _directions(goal: ViewPose, present: ViewPose | None) -> str:
+    """How to get from one pose to another; empty where they are the same."""
     here = present or ViewPose(goal.distance, 0.0, 0.0)
-    words = []
-    for change, sides in ((goal.left - here.left, ("left", "right")), (goal.up - here.up, ("up", "down"))):
-        if abs(change) > np.deg2rad(4.0):
-            words.append(f"turn {abs(np.rad2deg(change)):.0f} deg {sides[0] if change > 0.0 else sides[1]}")
-    return words
+    words = [] if present else [f"show the board from {goal.distance:.2f} m"]
+    if abs(goal.distance - here.distance) >= SAME_DISTANCE:
+        words.append(f"move {'back' if goal.distance > here.distance else 'closer'} to {goal.distance:.2f} m")
+    turns = []
+    for change, sides in ((goal.left - here.left, TILTS[:2]), (goal.up - here.up, TILTS[2:])):
+        if abs(change) > _NOT_WORTH:
+            turns.append(f"{abs(np.rad2deg(change)):.0f} deg {sides[0] if change > 0.0 else sides[1]}")
+    words += [f"turn {' and '.join(turns)}"] if turns else []
+    return ", ".join(words)
 
 
 def _bins() -> list[tuple[str, float, float]]:

@@ -107,7 +107,7 @@ def fit_and_judge(
     warnings = [*sound.warnings, *check_extrinsics(correction.unit, unit)]
     return correction, CalibrationReport(
         model, len(every), [judge(view, trial, Identity(unit)) for view in sound.held],
-        extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else 0.0,
+        extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else np.nan,
         float(getattr(correction, "noise", np.nan)), sound.scale, warnings,
     )  # fmt: skip
 

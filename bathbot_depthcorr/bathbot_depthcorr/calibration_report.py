@@ -17,7 +17,8 @@ class CalibrationReport(NamedTuple):
         views: Number of views used, held-out ones included.
         held_out: Errors on held-out views, near to far.
         change: Of the depth -> colour transform against the factory's: turn [rad], move [m], shape (6,).
-        focal_change: Focal length of the colour camera from the board against the factory's, relative.
+        focal_change: Focal length of the colour camera from the board against the factory's, relative; NaN
+            without a board.
         frame_noise: Of disparity, one pixel of one frame [px].
         scale: Raw depth over the true distance, median over the views.
         warnings: One line each.
@@ -73,9 +74,10 @@ class CalibrationReport(NamedTuple):
     def references(self) -> list[str]:
         """What decides the absolute accuracy, and the warnings, one line each."""
         learning = ", ".join(f"{point.views} views {point.error * 1e3:.2f} mm" for point in self.learning)
+        focal = f"colour focal length from the board: {self.focal_change:+.3%} against the factory's"
         return [
             f"depth -> colour: {np.rad2deg(self.turn):.3f} deg, {self.move * 1e3:.2f} mm from the factory's",
-            f"colour focal length from the board: {self.focal_change:+.3%} against the factory's",
+            *([focal] if np.isfinite(self.focal_change) else []),
             f"raw depth is {self.scale:.4f} times the true distance",
             *([f"learning curve, held-out error of patches: {learning}"] if learning else []),
             *(f"warning: {warning}" for warning in self.warnings),

@@ -32,6 +32,8 @@ MOST_SCALE, ODD_SCALE = 0.06, 0.03  # relative difference of board and raw depth
 MOST_ANGLE = np.deg2rad(8.0)  # between the wall in raw depth and the board
 MOST_TURN, ODD_TURN = np.deg2rad(1.5), np.deg2rad(0.5)  # of the extrinsics against the factory
 MOST_MOVE, ODD_MOVE = 0.015, 0.004  # [m]
+MOST_PARALLAX, ODD_PARALLAX = 0.05, 0.025  # relative change of the distance between the imagers
+LEAST_PARALLAX = 0.02  # [m] from which on that distance tells anything
 
 
 class CalibrationRefusedError(DepthcorrError):
@@ -188,7 +190,24 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
         raise CalibrationRefusedError(
             f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?"
         )
-    return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
+    warnings = [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
+    return warnings + _check_parallax(fitted, factory)
+
+
+def _check_parallax(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
+    """The fitted distance between the imagers grows with the squares: the second ruler beside raw depth."""
+    before, after = (float(np.linalg.norm(unit.T_colour_depth[:3, 3])) for unit in (factory, fitted))
+    if before < LEAST_PARALLAX or abs(after / before - 1.0) <= ODD_PARALLAX:
+        return []
+    told = (
+        f"depth and colour imager are {after * 1e3:.1f} mm apart by the board, {before * 1e3:.1f} mm by the "
+        f"factory, {after / before - 1.0:+.1%}"
+    )
+    if abs(after / before - 1.0) > MOST_PARALLAX:
+        raise CalibrationRefusedError(
+            f"{told}, at most {MOST_PARALLAX:.0%} is allowed; measure a printed square, give it with --square"
+        )
+    return [f"{told}; is --square the measured edge of a square?"]
 
 
 def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> Array:

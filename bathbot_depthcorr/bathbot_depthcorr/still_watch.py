@@ -56,6 +56,11 @@ class StillWatch:
         return StillSpan(self._start, self._end, mean, self._frames)
 
     @property
+    def begun(self) -> float:
+        """Time of the first picture of the running span [s]."""
+        return self._start
+
+    @property
     def stood(self) -> tuple[float, int]:
         """How long nothing has moved [s], and in how many pictures."""
         return self._end - self._start, self._frames

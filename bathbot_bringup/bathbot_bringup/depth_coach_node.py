@@ -1,0 +1,169 @@
+"""The calibration coach: hears the running camera, gathers views, says which poses are missing.
+
+Pictures stay in the memory of this process; of each pose it keeps the corners and the mean depth.
+"""
+
+import select
+import sys
+import time
+from typing import Any
+
+from bathbot_depthcorr.bag_camera import (
+    COLOUR,
+    COLOUR_INFO,
+    DEPTH,
+    DEPTH_INFO,
+    EXTRINSICS,
+    camera_from_messages,
+    refuse_other_size,
+)
+from bathbot_depthcorr.bag_views import Recording
+from bathbot_depthcorr.calibration_coverage import coverage_of
+from bathbot_depthcorr.camera_health import CameraHealth, camera_health
+from bathbot_depthcorr.chessboard import Chessboard
+from bathbot_depthcorr.guards import GOOD_VIEWS, LEAST_VIEWS
+from bathbot_depthcorr.live_views import LiveViews
+from bathbot_depthcorr.messages import colour_from_image, depth_from_image, stamp_seconds
+from bathbot_depthcorr.stage_node import LATCHED
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import qos_profile_sensor_data
+from realsense2_camera_msgs.msg import Extrinsics
+from sensor_msgs.msg import CameraInfo, Image
+
+from bathbot_bringup.coach_screen import CoachScreen, CoachState
+from bathbot_bringup.errors import InputError
+from bathbot_bringup.graph_client_node import GraphClient
+
+PATIENCE = 10.0  # [s] without a picture
+_GLANCE = 0.3  # [s] between two looks while the camera moves
+_KINDS = {COLOUR_INFO: CameraInfo, DEPTH_INFO: CameraInfo, EXTRINSICS: Extrinsics}
+
+
+def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PATIENCE) -> Recording:
+    """Gather views until all is covered, or until Enter or Ctrl-C with enough of them.
+
+    Args:
+        board: The chessboard on the wall.
+        camera: Namespace of the camera's topics.
+        patience: How long to wait for a picture [s].
+
+    Raises:
+        InputError: When the camera is silent.
+        KeyboardInterrupt: On Ctrl-C with too few views.
+    """
+    with GraphClient("bathbot_coach") as client, CoachScreen() as screen:
+        listener = _Listener(client, camera, patience)
+        if not client.spin_until(listener.knows_camera, patience):
+            raise InputError(
+                f"nothing on {', '.join(listener.silent())} within {patience:.0f} s; is the camera running, "
+                "and is its namespace as --camera says?"
+            )
+        gathering = _Gathering(listener, board, screen)
+        client.watch = gathering.work
+        try:
+            client.spin_until(gathering.done, float("inf"))
+        except KeyboardInterrupt:
+            if len(gathering.views.poses) < LEAST_VIEWS:
+                raise
+        return gathering.views.recording([])
+
+
+class _Listener:
+    """Subscribes to one camera; keeps what describes it, and hands pictures on."""
+
+    def __init__(self, client: GraphClient, camera: str, patience: float) -> None:
+        self._camera, self._patience = camera.strip("/"), patience
+        self._seen: dict[str, Any] = {}
+        self._health, self._heard = CameraHealth(), time.monotonic()
+        self.views: LiveViews | None = None
+        node = client.node
+        for name, kind in _KINDS.items():
+            qos = LATCHED if name == EXTRINSICS else qos_profile_sensor_data
+            node.create_subscription(kind, self._topic(name), self._keep(name), qos)
+        node.create_subscription(Image, self._topic(COLOUR), self._take_colour, qos_profile_sensor_data)
+        node.create_subscription(Image, self._topic(DEPTH), self._take_depth, qos_profile_sensor_data)
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._diagnose, 10)
+
+    def knows_camera(self) -> bool:
+        """Whether all has come that describes the camera."""
+        return not self.silent()
+
+    def silent(self) -> list[str]:
+        """Topics that describe the camera and have not been heard."""
+        return [self._topic(name) for name in _KINDS if name not in self._seen]
+
+    def begin(self, board: Chessboard) -> LiveViews:
+        """Begin to gather views of the camera that is known now."""
+        self.colour_camera, self.unit = camera_from_messages("the camera", self._seen, self._health)
+        self.views = LiveViews(board, self.colour_camera, self.unit)
+        return self.views
+
+    def check(self) -> None:
+        """Notice a camera that has stopped.
+
+        Raises:
+            InputError: When no picture has come for long.
+        """
+        if time.monotonic() - self._heard > self._patience:
+            raise InputError(
+                f"no picture on {self._topic(COLOUR)} for {self._patience:.0f} s; is the camera running?"
+            )
+
+    def _topic(self, name: str) -> str:
+        return f"/{self._camera}/{name}"
+
+    def _keep(self, name: str) -> Any:
+        return lambda message: self._seen.setdefault(name, message)
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        self._health = camera_health(message, self._health)
+
+    def _take_colour(self, image: Image) -> None:
+        self._heard = time.monotonic()
+        if self.views is not None:
+            colour = colour_from_image(image)
+            refuse_other_size("colour", colour.shape, self.colour_camera)
+            self.views.push_colour(stamp_seconds(image.header.stamp), colour)
+
+    def _take_depth(self, image: Image) -> None:
+        if self.views is not None:
+            depth = depth_from_image(image)
+            refuse_other_size("depth", depth.shape, self.unit.depth_camera)
+            self.views.push_depth(stamp_seconds(image.header.stamp), depth)
+
+
+class _Gathering:
+    """Looks at the pictures between two rounds of callbacks, and shows what came of it."""
+
+    def __init__(self, listener: _Listener, board: Chessboard, screen: CoachScreen) -> None:
+        self._listener, self._screen = listener, screen
+        self.views = listener.begin(board)
+        self._state, self._next_glance, self._enough = CoachState(), 0.0, False
+
+    def done(self) -> bool:
+        """Whether there is nothing left to gather, or the user has enough."""
+        poses = self.views.poses
+        return self._enough or (len(poses) >= GOOD_VIEWS and not coverage_of(poses).missing)
+
+    def work(self) -> None:
+        """Take a still moment, or glance at where the camera is."""
+        self._listener.check()
+        moment = self.views.still_moment()
+        if moment is not None:
+            look = self.views.take(moment)
+            self._state = CoachState(tuple(self.views.poses), look.pose, look.words)
+        elif time.monotonic() > self._next_glance:
+            self._state = self._state._replace(present=self.views.glance())
+        else:
+            return
+        self._screen.show(self._state)
+        self._next_glance = time.monotonic() + _GLANCE
+        self._hear_enter()
+
+    def _hear_enter(self) -> None:
+        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0.0)[0]:
+            sys.stdin.readline()
+            self._enough = len(self.views.poses) >= LEAST_VIEWS
+            if not self._enough:
+                told = f"{len(self.views.poses)} views are too few, {LEAST_VIEWS} are needed"
+                self._state = self._state._replace(event=told)
