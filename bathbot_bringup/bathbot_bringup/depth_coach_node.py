@@ -65,7 +65,7 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
         except KeyboardInterrupt:
             if len(gathering.views.poses) < LEAST_VIEWS:
                 raise
-        return gathering.views.recording([])
+        return gathering.views.recording(listener.health)
 
 
 class _Listener:
@@ -74,7 +74,7 @@ class _Listener:
     def __init__(self, client: GraphClient, camera: str, patience: float) -> None:
         self._camera, self._patience = camera.strip("/"), patience
         self._seen: dict[str, Any] = {}
-        self._health, self._heard = CameraHealth(), time.monotonic()
+        self.health, self._heard = CameraHealth(), time.monotonic()
         self.views: LiveViews | None = None
         node = client.node
         for name, kind in _KINDS.items():
@@ -94,7 +94,7 @@ class _Listener:
 
     def begin(self, board: Chessboard) -> LiveViews:
         """Begin to gather views of the camera that is known now."""
-        self.colour_camera, self.unit = camera_from_messages("the camera", self._seen, self._health)
+        self.colour_camera, self.unit = camera_from_messages("the camera", self._seen, self.health)
         self.views = LiveViews(board, self.colour_camera, self.unit)
         return self.views
 
@@ -116,7 +116,7 @@ class _Listener:
         return lambda message: self._seen.setdefault(name, message)
 
     def _diagnose(self, message: DiagnosticArray) -> None:
-        self._health = camera_health(message, self._health)
+        self.health = camera_health(message, self.health)
 
     def _take_colour(self, image: Image) -> None:
         self._heard = time.monotonic()

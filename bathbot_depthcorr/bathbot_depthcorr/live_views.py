@@ -1,5 +1,6 @@
 """Gathers calibration views from a running camera: still moments before the board, each pose once."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from bathbot_depthcorr.bag_views import Recording
 from bathbot_depthcorr.calibration_coverage import ViewPose, coverage_of, gain_words, is_new, pose_of
+from bathbot_depthcorr.camera_health import CameraHealth
 from bathbot_depthcorr.chessboard import (
     LEAST_CORNER_NOISE,
     BoardNotFoundError,
@@ -118,9 +120,10 @@ class LiveViews:
             return None
         return pose_of(view, self._unit)
 
-    def recording(self, notes: list[str]) -> Recording:
-        """What was gathered, as if it had been recorded."""
-        return Recording(self.boards, self._colour_camera, self._unit, notes)
+    def recording(self, health: CameraHealth) -> Recording:
+        """What was gathered, as if it had been recorded, from a camera whose health is known by now."""
+        unit = replace(self._unit, serial=health.serial, temperature=health.temperature)
+        return Recording(self.boards, self._colour_camera, unit, [])
 
     def _view(self, corners: NDArray[np.float64], depth: MeanDepth) -> CalibrationView:
         pose, _ = board_pose(corners, self._board, self._colour_camera)

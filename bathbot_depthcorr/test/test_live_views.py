@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from bathbot_depthcorr.bag_views import read_boards
+from bathbot_depthcorr.camera_health import CameraHealth
 from bathbot_depthcorr.live_views import HOLD, LiveViews
 from bathbot_depthcorr.plane import Plane
 from depthcorr_bag import BOARD, COLOUR, draw, poses, record
@@ -100,7 +101,8 @@ def test_a_stream_gives_what_a_bag_gives(sensor, stream, tmp_path):
     recorded = read_boards(tmp_path / "bag", BOARD)
     for pose in poses(3):
         stream.show(pose)
-    live = stream.live.recording([])
+    live = stream.live.recording(CameraHealth("7", 40.0))
+    assert (live.unit.serial, live.unit.temperature) == ("7", 40.0)
     assert live.colour_camera == recorded.colour_camera
     for one, other in zip(live.boards, recorded.boards, strict=True):
         assert_allclose(one.corners, other.corners, atol=0.2)
