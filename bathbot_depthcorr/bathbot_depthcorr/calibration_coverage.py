@@ -105,7 +105,7 @@ def is_new(pose: ViewPose, poses: Sequence[ViewPose]) -> bool:
 
 
 def next_pose(poses: Sequence[ViewPose], present: ViewPose | None = None) -> ViewPose:
-    """A pose that serves the goals most in want, near the present one; differs from all others.
+    """A pose that serves goals in want, near the present one; differs from all others.
 
     Args:
         poses: Views taken.
@@ -114,7 +114,7 @@ def next_pose(poses: Sequence[ViewPose], present: ViewPose | None = None) -> Vie
     missing = coverage_of(poses).missing
     here = present.distance if present else 0.8
     bins = [(name, near, far) for name, near, far in _bins() if name in missing] or _bins()[1:4]
-    _, near, far = min(bins, key=lambda entry: (-missing.get(entry[0], 0), abs(here - _middle(*entry[1:]))))
+    _, near, far = min(bins, key=lambda entry: abs(here - _middle(*entry[1:])))
     turn = {name: GOOD_TURN if name in missing else 0.0 for name in TILTS}
     left = turn["left"] if missing.get("left", 0) >= missing.get("right", 0) else -turn["right"]
     up = turn["up"] if missing.get("up", 0) >= missing.get("down", 0) else -turn["down"]

@@ -98,7 +98,7 @@ def test_a_corner_without_depth_does_not_count():
 @pytest.mark.parametrize(("present", "words"), [
     pytest.param(None, "show the board from 0.82 m, turn 16 deg left and 16 deg up", id="no board"),
     pytest.param(ViewPose(0.5, 0.0, 0.0), "hold still", id="in want"),
-    pytest.param(ViewPose(2.5, 0.0, 0.0, (False,) * 4), "move closer to 1.25 m", id="too far"),
+    pytest.param(ViewPose(2.5, 0.0, 0.0, (False,) * 4), "move closer to 1.70 m", id="too far"),
     pytest.param(ViewPose(0.3, 0.0, 0.0, (False,) * 4), "move back to 0.50 m", id="too near"),
 ])  # fmt: skip
 def test_advice_in_words(present, words):
