@@ -1,4 +1,4 @@
-"""`bathbot calibrate depth` as a user meets it: one line for a mistake, 130 for Ctrl-C, files that are whole."""
+"""`bathbot calibrate depth` as a user meets it: mistakes are one line, Ctrl-C is 130, files are whole."""
 
 import json
 
