@@ -49,7 +49,7 @@ def test_a_folder_of_views_becomes_files_and_a_table(folder, tmp_path, capsys):
     assert run(["calibrate", "depth", *map(str, arguments)]) == 0
     said = capsys.readouterr().out
     assert "errors on 3 held out" in said
-    assert "raw depth is 1.0100 times the true distance" in said
+    assert "raw depth: 1.0100 times the true distance" in said
     numbers = json.loads(report.read_text())
     assert numbers["before_mm"] > 5.0 > 20.0 * numbers["after_mm"]
     assert [point["views"] for point in numbers["learning"]] == [6, 9]

@@ -17,17 +17,15 @@ from bathbot_depthcorr.guards import (
     check_coverage,
     check_extrinsics,
     check_views,
-    check_wall,
-    compare_wall,
     extrinsics_change,
-    keep_walls,
 )
 from bathbot_depthcorr.held_out_view import judge
-from bathbot_depthcorr.learning_curve import learning_curve
+from bathbot_depthcorr.learning_curve import LearningPoint, learning_curve, smooth_error
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.view_set import ViewSet
 from bathbot_depthcorr.views import CalibrationView, nearest_first
 from bathbot_depthcorr.wall_extraction import only_wall
+from bathbot_depthcorr.wall_guards import WallComparison, check_wall, compare_wall, keep_walls
 
 DEFAULT_MODEL = "disparity_spline"
 HELD_OUT_EVERY = 4
@@ -46,7 +44,7 @@ class SoundViews(NamedTuple):
         held: Held out, every fourth.
         unit: The camera.
         reference: See `ViewSet`.
-        scale: Raw depth over the true distance, median.
+        raw: Raw depth against the true planes.
         warnings: One line each.
     """
 
@@ -54,7 +52,7 @@ class SoundViews(NamedTuple):
     held: list[CalibrationView]
     unit: CameraUnit
     reference: ColourReference | None
-    scale: float
+    raw: WallComparison
     warnings: list[str]
 
 
@@ -81,15 +79,15 @@ def sound_views(found: ViewSet) -> SoundViews:
     if not unit.serial:
         warnings.append("the camera told no serial number on /diagnostics: any camera of this size will pass")
     warnings += check_colour(reference) if reference else []
-    scale, angle = compare_wall(ordered, unit)
-    warnings += check_wall(scale, angle)
+    raw = compare_wall(ordered, unit)
+    warnings += check_wall(raw)
     ordered, blind = keep_walls([only_wall(view, unit) for view in ordered], unit)
     warnings += blind + check_coverage(ordered, unit)
     held = set(range(HELD_OUT_EVERY // 2, len(ordered), HELD_OUT_EVERY))
     parts = [], []
     for index, view in enumerate(ordered):
         parts[index in held].append(view)
-    return SoundViews(*parts, unit, reference, scale, warnings)
+    return SoundViews(*parts, unit, reference, raw, warnings)
 
 
 def fit_and_judge(
@@ -110,7 +108,8 @@ def fit_and_judge(
     return correction, CalibrationReport(
         model, len(every), [judge(view, trial, Identity(unit)) for view in sound.held],
         extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else np.nan,
-        float(getattr(correction, "noise", np.nan)), sound.scale, warnings,
+        float(getattr(correction, "noise", np.nan)), sound.raw, warnings,
+        (LearningPoint(len(sound.training), smooth_error(trial, sound.held)),),
     )  # fmt: skip
 
 
@@ -140,6 +139,6 @@ def calibrate(
 
 
 def with_learning(report: CalibrationReport, sound: SoundViews, steps: Steps) -> CalibrationReport:
-    """The report with its learning curve: a few more fits."""
+    """The report with the learning curve from fewer views on: a few more fits."""
     points = learning_curve(find_fit(report.model), sound.training, sound.held, sound.unit, steps.progress)
-    return report._replace(learning=points)
+    return report._replace(learning=(*points, *report.learning))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from bathbot_depthcorr.held_out_view import HeldOutView
 from bathbot_depthcorr.learning_curve import LearningPoint
+from bathbot_depthcorr.wall_guards import WallComparison
 
 
 class CalibrationReport(NamedTuple):
@@ -20,9 +21,9 @@ class CalibrationReport(NamedTuple):
         focal_change: Focal length of the colour camera from the board against the factory's, relative; NaN
             without a board.
         frame_noise: Of disparity, one pixel of one frame [px].
-        scale: Raw depth over the true distance, median over the views.
+        raw: Raw depth against the true planes.
         warnings: One line each.
-        learning: Errors of fits to fewer views; empty unless asked for.
+        learning: Errors of fits to fewer views, where asked for, and to all training views.
     """
 
     model: str
@@ -31,9 +32,9 @@ class CalibrationReport(NamedTuple):
     change: NDArray[np.float64]
     focal_change: float
     frame_noise: float
-    scale: float
+    raw: WallComparison
     warnings: list[str]
-    learning: tuple[LearningPoint, ...] = ()
+    learning: tuple[LearningPoint, ...]
 
     @property
     def turn(self) -> float:
@@ -78,8 +79,9 @@ class CalibrationReport(NamedTuple):
         return [
             f"depth -> colour: {np.rad2deg(self.turn):.3f} deg, {self.move * 1e3:.2f} mm from the factory's",
             *([focal] if np.isfinite(self.focal_change) else []),
-            f"raw depth is {self.scale:.4f} times the true distance",
-            *([f"learning curve, held-out error of patches: {learning}"] if learning else []),
+            f"raw depth: {self.raw.scale:.4f} times the true distance, disparity shifted by "
+            f"{self.raw.shift:+.2f} px",
+            f"learning curve, held-out error of patches: {learning}",
             *(f"warning: {warning}" for warning in self.warnings),
         ]
 
@@ -96,7 +98,8 @@ class CalibrationReport(NamedTuple):
                 } for view in self.held_out
             ],
             "turn_deg": np.rad2deg(self.change[:3]).tolist(), "move_mm": (1e3 * self.change[3:]).tolist(),
-            "focal_change": self.focal_change, "frame_noise_px": self.frame_noise, "scale": self.scale,
+            "focal_change": self.focal_change, "frame_noise_px": self.frame_noise,
+            "raw_scale": self.raw.scale, "raw_shift_px": self.raw.shift,
             "learning": [{"views": point.views, "patches_mm": 1e3 * point.error} for point in self.learning],
             "warnings": self.warnings,
         }  # fmt: skip

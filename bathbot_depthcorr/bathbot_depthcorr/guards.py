@@ -14,7 +14,6 @@ from bathbot_depthcorr.calibration_coverage import SAME_ANGLE, SAME_DISTANCE, co
 from bathbot_depthcorr.colour_reference import ColourReference
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.errors import DepthcorrError
-from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
 from bathbot_depthcorr.rigid import inverse
 from bathbot_depthcorr.views import CalibrationView
 
@@ -25,11 +24,8 @@ LEAST_DISTINCT = 8
 LEAST_TILT = np.deg2rad(8.0)
 LEAST_TILTED = 1.0 / 3.0
 LEAST_SPAN = 1.3  # farthest over nearest
-LEAST_WALL = 0.2  # share of the depth picture
 MOST_FOCAL = 0.005  # relative change of focal length against the factory
 MOST_CORNER_NOISE = 1.0  # [px]
-MOST_SCALE, ODD_SCALE = 0.06, 0.03  # relative difference of board and raw depth
-MOST_ANGLE = np.deg2rad(8.0)  # between the wall in raw depth and the board
 MOST_TURN, ODD_TURN = np.deg2rad(1.5), np.deg2rad(0.5)  # of the extrinsics against the factory
 MOST_MOVE, ODD_MOVE = 0.015, 0.004  # [m]
 MOST_PARALLAX, ODD_PARALLAX = 0.05, 0.025  # relative change of the distance between the imagers
@@ -106,28 +102,6 @@ def check_colour(reference: ColourReference) -> list[str]:
     return []
 
 
-def keep_walls(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[list[CalibrationView], list[str]]:
-    """Leave out views whose depth shows too little: glare, people, a blocked imager; warnings as above.
-
-    Raises:
-        CalibrationRefusedError: If less than `LEAST_VIEWS` are left.
-    """
-    shares = [float(np.isfinite(view.depth).mean()) for view in views]
-    kept = [view for view, share in zip(views, shares, strict=True) if share >= LEAST_WALL]
-    if len(kept) == len(views):
-        return kept, []
-    told = (
-        f"depth shows the wall on {LEAST_WALL:.0%} or more of the picture in only {len(kept)} of "
-        f"{len(views)} views, the worst has {min(shares):.0%}"
-    )
-    if len(kept) < LEAST_VIEWS:
-        raise CalibrationRefusedError(
-            f"{told}; at least {LEAST_VIEWS} views are needed: is the projector on, the wall without glare, "
-            "and the camera not too near?"
-        )
-    return kept, [f"{told}; the others were left out"]
-
-
 def check_coverage(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
     """Name distances, tilts and corners of the picture of which the views hold little; never refuses."""
     coverage = coverage_of(pose_of(view, unit) for view in views)
@@ -138,41 +112,6 @@ def check_coverage(views: Sequence[CalibrationView], unit: CameraUnit) -> list[s
         for goal, want in coverage.missing.items()
     )
     return [f"few views of: {thin}; the correction is less sure there"]
-
-
-def compare_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[float, float]:
-    """Raw depth over the board's distance, and the angle [rad] between their planes: medians.
-
-    Raises:
-        CalibrationRefusedError: If a view shows no wall.
-    """
-    ratios, angles = zip(*(_compare(view, unit) for view in views), strict=True)
-    return float(np.median(ratios)), float(np.median(angles))
-
-
-def check_wall(scale: float, angle: float) -> list[str]:
-    """Judge what `compare_wall` gave: finds a wrong square size, a mirrored image, aligned depth.
-
-    Raw depth itself errs by 2 %, so a square that is wrong by less than 3 % cannot be told from it.
-
-    Raises:
-        CalibrationRefusedError: If scale or direction of the wall cannot be right.
-    """
-    if not abs(scale - 1.0) <= MOST_SCALE:
-        raise CalibrationRefusedError(
-            f"raw depth is {scale:.3f} times the board's distance, beyond {MOST_SCALE:.0%}; "
-            "measure a printed square and give its edge with --square"
-        )
-    if angle > MOST_ANGLE:
-        raise CalibrationRefusedError(
-            f"the wall in depth is turned by {np.rad2deg(angle):.1f} deg against the board, at most "
-            f"{np.rad2deg(MOST_ANGLE):.0f} are allowed; is the image mirrored, or the board not on the wall?"
-        )
-    if abs(scale - 1.0) > ODD_SCALE:
-        return [
-            f"raw depth is {scale:.3f} times the board's distance: more than a D455 errs; measure the squares"
-        ]
-    return []
 
 
 def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
@@ -228,19 +167,3 @@ def _count_distinct(views: Sequence[CalibrationView]) -> int:
         if not any(same):
             kept.append(view)
     return len(kept)
-
-
-def _compare(view: CalibrationView, unit: CameraUnit) -> tuple[float, float]:
-    """Distance of the raw wall over the board's, and the angle [rad] between them."""
-    every = (slice(4, None, 8), slice(4, None, 8))
-    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[every])
-    expected = view.plane.transformed(inverse(unit.T_colour_depth))
-    try:
-        found = fit_plane(rays * view.depth[every][..., None], robust=True)
-    except DegeneratePlaneError as error:
-        raise CalibrationRefusedError(
-            f"a view at {view.distance:.2f} m shows no wall in depth: {error}"
-        ) from error
-    angle = float(np.arccos(np.clip(found.normal @ expected.normal, -1.0, 1.0)))
-    axis = np.array([0.0, 0.0, 1.0])
-    return float(found.depth_along(axis) / expected.depth_along(axis)), angle

@@ -38,9 +38,9 @@ def learning_curve(
         progress: Called with the share done, 0..1, and a few words.
 
     Returns:
-        Few views first; the last point learnt from all.
+        Few views first; the fit to all of them is left to the caller, who has it already.
     """
-    sizes = [*(size for size in SIZES if size < len(training)), len(training)]
+    sizes = [size for size in SIZES if size < len(training)]
     points = []
     for number, size in enumerate(sizes):
         progress(number / len(sizes), f"fit to {size} views")

@@ -20,11 +20,11 @@ from bathbot_depthcorr.chessboard import (
 )
 from bathbot_depthcorr.colour_reference import BoardView
 from bathbot_depthcorr.correction_model import CameraUnit
-from bathbot_depthcorr.guards import LEAST_WALL
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.sharpness import MOST_EDGE_WIDTH, edge_width
 from bathbot_depthcorr.still_watch import MOST_FRAMES, MeanDepth, StillSpan, StillWatch, mean_depth
 from bathbot_depthcorr.views import CalibrationView
+from bathbot_depthcorr.wall_guards import LEAST_WALL
 
 HOLD = 0.4  # [s] without motion, and
 LEAST_PICTURES = 3  # pictures of each kind, before a pose is taken
