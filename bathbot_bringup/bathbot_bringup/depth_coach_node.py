@@ -3,8 +3,6 @@
 Pictures stay in the memory of this process; of each pose it keeps the corners and the mean depth.
 """
 
-import select
-import sys
 import time
 from typing import Any
 
@@ -18,10 +16,9 @@ from bathbot_depthcorr.bag_camera import (
     refuse_other_size,
 )
 from bathbot_depthcorr.bag_views import Recording
-from bathbot_depthcorr.calibration_coverage import coverage_of
 from bathbot_depthcorr.camera_health import CameraHealth, camera_health
 from bathbot_depthcorr.chessboard import Chessboard
-from bathbot_depthcorr.guards import GOOD_VIEWS, LEAST_VIEWS
+from bathbot_depthcorr.guards import LEAST_VIEWS
 from bathbot_depthcorr.live_views import LiveViews
 from bathbot_depthcorr.messages import colour_from_image, depth_from_image, stamp_seconds
 from bathbot_depthcorr.stage_node import LATCHED
@@ -30,12 +27,12 @@ from rclpy.qos import qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 
-from bathbot_bringup.coach_screen import CoachScreen, CoachState
+from bathbot_bringup.coach_screen import CoachScreen
 from bathbot_bringup.errors import InputError
+from bathbot_bringup.gathering import Gathering
 from bathbot_bringup.graph_client_node import GraphClient
 
 PATIENCE = 10.0  # [s] without a picture
-_GLANCE = 0.3  # [s] between two looks while the camera moves
 _KINDS = {COLOUR_INFO: CameraInfo, DEPTH_INFO: CameraInfo, EXTRINSICS: Extrinsics}
 
 
@@ -58,8 +55,13 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
                 f"nothing on {', '.join(listener.silent())} within {patience:.0f} s; is the camera running, "
                 "and is its namespace as --camera says?"
             )
-        gathering = _Gathering(listener, board, screen)
-        client.watch = gathering.work
+        gathering = Gathering(listener.begin(board), screen)
+
+        def watch() -> None:
+            listener.check()
+            gathering.work()
+
+        client.watch = watch
         try:
             client.spin_until(gathering.done, float("inf"))
         except KeyboardInterrupt:
@@ -130,40 +132,3 @@ class _Listener:
             depth = depth_from_image(image)
             refuse_other_size("depth", depth.shape, self.unit.depth_camera)
             self.views.push_depth(stamp_seconds(image.header.stamp), depth)
-
-
-class _Gathering:
-    """Looks at the pictures between two rounds of callbacks, and shows what came of it."""
-
-    def __init__(self, listener: _Listener, board: Chessboard, screen: CoachScreen) -> None:
-        self._listener, self._screen = listener, screen
-        self.views = listener.begin(board)
-        self._state, self._next_glance, self._enough = CoachState(), 0.0, False
-
-    def done(self) -> bool:
-        """Whether there is nothing left to gather, or the user has enough."""
-        poses = self.views.poses
-        return self._enough or (len(poses) >= GOOD_VIEWS and not coverage_of(poses).missing)
-
-    def work(self) -> None:
-        """Take a still moment, or glance at where the camera is."""
-        self._listener.check()
-        moment = self.views.still_moment()
-        if moment is not None:
-            look = self.views.take(moment)
-            self._state = CoachState(tuple(self.views.poses), look.pose, look.words)
-        elif time.monotonic() > self._next_glance:
-            self._state = self._state._replace(present=self.views.glance())
-        else:
-            return
-        self._screen.show(self._state)
-        self._next_glance = time.monotonic() + _GLANCE
-        self._hear_enter()
-
-    def _hear_enter(self) -> None:
-        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0.0)[0]:
-            sys.stdin.readline()
-            self._enough = len(self.views.poses) >= LEAST_VIEWS
-            if not self._enough:
-                told = f"{len(self.views.poses)} views are too few, {LEAST_VIEWS} are needed"
-                self._state = self._state._replace(event=told)

@@ -20,7 +20,7 @@ from bathbot_depthcorr.correction import load
 from rich.console import Console
 
 CAMERA = {
-    "scene": "chessboard", "width": 640, "height": 360, "rate": 15.0, "hold": 0.8, "poses": 20,
+    "scene": "chessboard", "width": 640, "height": 360, "rate": 10.0, "hold": 0.8, "poses": 20,
     "autostart": True,
 }  # fmt: skip
 

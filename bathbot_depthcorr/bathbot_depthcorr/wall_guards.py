@@ -32,7 +32,10 @@ class WallComparison(NamedTuple):
 
 
 def keep_walls(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[list[CalibrationView], list[str]]:
-    """Leave out views whose depth shows too little: glare, people, a blocked imager; warnings as in `check_views`.
+    """Leave out views whose depth shows too little: glare, people, a blocked imager.
+
+    Returns:
+        The views left, and warnings, one line each.
 
     Raises:
         CalibrationRefusedError: If less than `LEAST_VIEWS` are left.
