@@ -45,7 +45,7 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
         patience: How long to wait for a picture [s].
 
     Raises:
-        InputError: When the camera is silent.
+        InputError: When the camera is silent, or falls silent before there are enough views.
         KeyboardInterrupt: On Ctrl-C with too few views.
     """
     with GraphClient("bathbot_coach") as client, CoachScreen() as screen:
@@ -62,12 +62,14 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
             gathering.work()
 
         client.watch = watch
+        notes = []
         try:
             client.spin_until(gathering.done, float("inf"))
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, InputError) as stop:
             if len(gathering.views.poses) < LEAST_VIEWS:
                 raise
-        return gathering.views.recording(listener.health)
+            notes = [str(stop)] if isinstance(stop, InputError) else []
+        return gathering.views.recording(listener.health)._replace(notes=notes)
 
 
 class _Listener:
