@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 from bathbot_bringup.calibration_job import Job
@@ -13,6 +14,7 @@ from bathbot_bringup.coach_screen import CoachScreen, CoachState, pose_words, re
 from bathbot_bringup.depth_coach_node import coach
 from bathbot_bringup.domain import free_domain, used_ports
 from bathbot_bringup.errors import InputError
+from bathbot_bringup.gathering import Gathering
 from bathbot_bringup.processes import isolated_environment
 from bathbot_depthcorr.calibration_coverage import ViewPose
 from bathbot_depthcorr.chessboard import Chessboard
@@ -58,6 +60,32 @@ def test_a_log_file_gets_one_line_per_event(terminal):
     if not terminal:
         assert [line.split(" (")[0] for line in said.splitlines()] == ["looking", "view 1: left"]
     assert "view 1: left" in said
+
+
+class Screen:
+    """Keeps the last state."""
+
+    def show(self, state):
+        self.state = state
+
+
+@pytest.mark.parametrize("count", [3, 10])
+def test_enter_calibrates_with_enough_views(monkeypatch, count):
+    poses = [ViewPose(0.5 + 0.05 * number, 0.2, 0.0) for number in range(count)]
+    views, screen = SimpleNamespace(poses=poses, still_moment=lambda: None, glance=lambda: poses[0]), Screen()
+    keyboard, line = os.openpty()
+    with os.fdopen(line) as stdin, os.fdopen(keyboard, "w") as keys:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        gathering = Gathering(views, screen)
+        gathering.work()
+        assert not gathering.done()
+        keys.write("\n")
+        keys.flush()
+        monkeypatch.setattr(gathering, "_next_glance", 0.0)
+        gathering.work()
+    assert gathering.done() == (count == 10)
+    assert screen.state.present == poses[0]
+    assert ("3 views are too few, 10 are needed" in screen.state.event) == (count == 3)
 
 
 @pytest.mark.parametrize(("live", "source"), [(True, "bag"), (False, None)])
