@@ -60,3 +60,15 @@ def board_size(text: str) -> tuple[int, int]:
     if match is None or min(int(match[1]), int(match[2])) < 2:
         raise InputError(f"a board is written as inner corners along x across, such as 11x8, got {text!r}")
     return int(match[1]), int(match[2])
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """Read the width and height of a picture [px], such as `848x480`.
+
+    Raises:
+        InputError: On anything else.
+    """
+    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text.strip())
+    if match is None:
+        raise InputError(f"a size is written as width x height in pixels, such as 848x480, got {text!r}")
+    return int(match[1]), int(match[2])

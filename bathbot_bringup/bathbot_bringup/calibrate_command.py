@@ -18,8 +18,11 @@ def _group() -> None:
 
 @app.command("depth")
 def depth(
-    bag: Path = typer.Argument(
-        ..., help="Bag of a chessboard on a flat wall, recorded with --profile calibration."
+    source: Path = typer.Argument(
+        None,
+        metavar="[BAG]",
+        help="Bag of a chessboard on a flat wall, recorded with --profile calibration; or a folder of .npz "
+        "views with known planes.",
     ),
     out: Path = typer.Option(
         ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
@@ -31,6 +34,14 @@ def depth(
     square: float = typer.Option(
         0.05, min=0.001, help="Edge of a square [m]; measure it, do not trust the print."
     ),
+    live: bool = typer.Option(
+        False, "--live", help="Watch the camera that runs now, and tell which poses are still missing."
+    ),
+    camera: str = typer.Option("camera/camera", help="With --live: namespace of the camera's topics."),
+    json: Path = typer.Option(None, "--json", help="Also write the numbers of the report to this file."),
+    views: Path = typer.Option(
+        None, "--views", help="Also write the views, depth and plane without colour, to this folder."
+    ),
 ) -> None:
     """Fit the depth correction of one camera, and judge it on poses that were held out.
 
@@ -40,14 +51,15 @@ def depth(
     \b
       bathbot record --out wall --profile calibration --consent "chessboard only"
       bathbot calibrate depth wall --out d455.npz
+      bathbot calibrate depth --live --out d455.npz
     """  # noqa: D301 - \b keeps the lines of examples
-    from bathbot_depthcorr.calibrate import calibrate_bag
+    from bathbot_depthcorr.chessboard import Chessboard
 
     from bathbot_bringup.arguments import board_size
+    from bathbot_bringup.calibration_job import Job, run_job
 
-    report = calibrate_bag(bag, out, model, board_size(board), square, progress=typer.echo)
-    for line in report.lines():
-        typer.echo(line)
+    chessboard = Chessboard(*board_size(board), square)
+    run_job(Job(source, live, camera, chessboard, model, out, json, views))
 
 
 @app.command("hand-eye")

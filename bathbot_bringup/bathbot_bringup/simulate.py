@@ -23,7 +23,7 @@ from bathbot_bringup.marker_poses import marker_poses
 from bathbot_bringup.node_table import find_node, node_command
 from bathbot_bringup.processes import ProcessGroup, isolated_environment
 from bathbot_bringup.recorder import refuse_existing
-from bathbot_bringup.sim.d455_unit import find_preset
+from bathbot_bringup.sim.d455_unit import find_preset, make_unit
 from bathbot_bringup.sim.emulator_settings import HOME_DEG
 from bathbot_bringup.sim.scene import true_camera_pose
 
@@ -44,11 +44,12 @@ class BoardScene:
     poses: int
     seed: int
     preset: str
+    size: tuple[int, int] = (848, 480)  # [px]
 
     def __post_init__(self) -> None:
         """Refuse what cannot be recorded."""
         refuse_existing(self.out)
-        find_preset(self.preset)
+        make_unit(1, find_preset(self.preset), *self.size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def simulate_board(scene: BoardScene) -> int:
     """
     camera = {
         "scene": "chessboard", "seed": scene.seed, "preset": scene.preset, "rate": BOARD_RATE,
-        "poses": scene.poses, "hold": BOARD_HOLD,
+        "poses": scene.poses, "hold": BOARD_HOLD, "width": scene.size[0], "height": scene.size[1],
     }  # fmt: skip
     with _recording(scene.out, {"sim_camera": camera}) as client:
         client.spin_until(lambda: False, scene.poses * BOARD_HOLD + 1.0)

@@ -20,8 +20,9 @@ def board(
     poses: int = typer.Option(24, min=1, max=200, help="Places at which the camera stands still."),
     seed: int = typer.Option(0, min=0, help="Of the places and of the noise."),
     preset: str = typer.Option(
-        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
+        "paper", help="Error model of the simulated depth camera: paper, yaw, good or perfect."
     ),
+    size: str = typer.Option("848x480", help="Size of both pictures [px], 16:9, 320 to 1280 wide."),
 ) -> None:
     """Record a chessboard on a wall, seen from many places; takes 3 s a place.
 
@@ -29,9 +30,10 @@ def board(
       bathbot simulate board --out board
       bathbot calibrate depth board --out depth.npz
     """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.arguments import picture_size
     from bathbot_bringup.simulate import BoardScene, simulate_board
 
-    _tell(simulate_board(BoardScene(out, poses, seed, preset)), out)
+    _tell(simulate_board(BoardScene(out, poses, seed, preset, picture_size(size))), out)
 
 
 @app.command("marker")

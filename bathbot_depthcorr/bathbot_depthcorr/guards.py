@@ -7,27 +7,29 @@ size of the printed squares, and views that differ enough to tell errors apart.
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from bathbot_depthcorr.calibration_coverage import SAME_ANGLE, SAME_DISTANCE, coverage_of, pose_of
 from bathbot_depthcorr.colour_reference import ColourReference
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.errors import DepthcorrError
-from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
-from bathbot_depthcorr.rigid import inverse, rotation_angle
+from bathbot_depthcorr.rigid import inverse
 from bathbot_depthcorr.views import CalibrationView
+
+Array = NDArray[np.float64]
 
 LEAST_VIEWS, GOOD_VIEWS = 10, 18
 LEAST_DISTINCT = 8
-SAME_DISTANCE = 0.02  # [m] and
-SAME_ANGLE = np.deg2rad(2.0)  # [rad]: closer views count as one
 LEAST_TILT = np.deg2rad(8.0)
 LEAST_TILTED = 1.0 / 3.0
 LEAST_SPAN = 1.3  # farthest over nearest
 MOST_FOCAL = 0.005  # relative change of focal length against the factory
 MOST_CORNER_NOISE = 1.0  # [px]
-MOST_SCALE, ODD_SCALE = 0.06, 0.03  # relative difference of board and raw depth
-MOST_ANGLE = np.deg2rad(8.0)  # between the wall in raw depth and the board
 MOST_TURN, ODD_TURN = np.deg2rad(1.5), np.deg2rad(0.5)  # of the extrinsics against the factory
 MOST_MOVE, ODD_MOVE = 0.015, 0.004  # [m]
+MOST_PARALLAX, ODD_PARALLAX = 0.05, 0.025  # relative change of the distance between the imagers
+LEAST_PARALLAX = 0.02  # [m] from which on that distance tells anything
 
 
 class CalibrationRefusedError(DepthcorrError):
@@ -100,29 +102,16 @@ def check_colour(reference: ColourReference) -> list[str]:
     return []
 
 
-def check_wall(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
-    """Compare raw depth with the board's plane: finds a wrong square size, a mirrored image, aligned depth.
-
-    Raises:
-        CalibrationRefusedError: If scale or direction of the wall cannot be right.
-    """
-    ratios, angles = zip(*(_compare(view, unit) for view in views), strict=True)
-    scale, angle = float(np.median(ratios)), float(np.median(angles))
-    if not abs(scale - 1.0) <= MOST_SCALE:
-        raise CalibrationRefusedError(
-            f"raw depth is {scale:.3f} times the board's distance, beyond {MOST_SCALE:.0%}; "
-            "measure a printed square and give its edge with --square"
-        )
-    if angle > MOST_ANGLE:
-        raise CalibrationRefusedError(
-            f"the wall in depth is turned by {np.rad2deg(angle):.1f} deg against the board, at most "
-            f"{np.rad2deg(MOST_ANGLE):.0f} are allowed; is the image mirrored, or the board not on the wall?"
-        )
-    if abs(scale - 1.0) > ODD_SCALE:
-        return [
-            f"raw depth is {scale:.3f} times the board's distance: more than a D455 errs; measure the squares"
-        ]
-    return []
+def check_coverage(views: Sequence[CalibrationView], unit: CameraUnit) -> list[str]:
+    """Name distances, tilts and corners of the picture of which the views hold little; never refuses."""
+    coverage = coverage_of(pose_of(view, unit) for view in views)
+    if not coverage.missing:
+        return []
+    thin = ", ".join(
+        f"{goal} {coverage.counts[goal]} of {coverage.counts[goal] + want}"
+        for goal, want in coverage.missing.items()
+    )
+    return [f"few views of: {thin}; the correction is less sure there"]
 
 
 def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
@@ -131,7 +120,8 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
     Raises:
         CalibrationRefusedError: If they differ by more than 1.5 deg or 15 mm.
     """
-    turn, move = extrinsics_change(fitted, factory)
+    change = extrinsics_change(fitted, factory)
+    turn, move = float(np.linalg.norm(change[:3])), float(np.linalg.norm(change[3:]))
     told = (
         f"depth -> colour is {np.rad2deg(turn):.2f} deg and {move * 1e3:.1f} mm off the factory's transform"
     )
@@ -139,14 +129,31 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
         raise CalibrationRefusedError(
             f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?"
         )
-    return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
+    warnings = [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
+    return warnings + _check_parallax(fitted, factory)
 
 
-def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> tuple[float, float]:
-    """Angle [rad] and distance [m] between two depth -> colour transforms."""
+def _check_parallax(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
+    """The fitted distance between the imagers grows with the squares: the second ruler beside raw depth."""
+    before, after = (float(np.linalg.norm(unit.T_colour_depth[:3, 3])) for unit in (factory, fitted))
+    if before < LEAST_PARALLAX or abs(after / before - 1.0) <= ODD_PARALLAX:
+        return []
+    told = (
+        f"depth and colour imager are {after * 1e3:.1f} mm apart by the board, {before * 1e3:.1f} mm by the "
+        f"factory, {after / before - 1.0:+.1%}"
+    )
+    if abs(after / before - 1.0) > MOST_PARALLAX:
+        raise CalibrationRefusedError(
+            f"{told}, at most {MOST_PARALLAX:.0%} is allowed; measure a printed square, give it with --square"
+        )
+    return [f"{told}; is --square the measured edge of a square?"]
+
+
+def extrinsics_change(fitted: CameraUnit, factory: CameraUnit) -> Array:
+    """Turn [rad] and move [m] between two depth -> colour transforms, shape (6,)."""
     change = fitted.T_colour_depth @ inverse(factory.T_colour_depth)
     move = fitted.T_colour_depth[:3, 3] - factory.T_colour_depth[:3, 3]
-    return float(rotation_angle(change[:3, :3])), float(np.linalg.norm(move))
+    return np.concatenate([Rotation.from_matrix(change[:3, :3]).as_rotvec(), move])
 
 
 def _count_distinct(views: Sequence[CalibrationView]) -> int:
@@ -160,19 +167,3 @@ def _count_distinct(views: Sequence[CalibrationView]) -> int:
         if not any(same):
             kept.append(view)
     return len(kept)
-
-
-def _compare(view: CalibrationView, unit: CameraUnit) -> tuple[float, float]:
-    """Distance of the raw wall over the board's, and the angle [rad] between them."""
-    every = (slice(4, None, 8), slice(4, None, 8))
-    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[every])
-    expected = view.plane.transformed(inverse(unit.T_colour_depth))
-    try:
-        found = fit_plane(rays * view.depth[every][..., None], robust=True)
-    except DegeneratePlaneError as error:
-        raise CalibrationRefusedError(
-            f"a view at {view.distance:.2f} m shows no wall in depth: {error}"
-        ) from error
-    angle = float(np.arccos(np.clip(found.normal @ expected.normal, -1.0, 1.0)))
-    axis = np.array([0.0, 0.0, 1.0])
-    return float(found.depth_along(axis) / expected.depth_along(axis)), angle

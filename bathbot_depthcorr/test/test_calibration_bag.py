@@ -2,7 +2,6 @@
 
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 from bathbot_depthcorr.bag_views import BagError, read_boards
@@ -13,115 +12,8 @@ from bathbot_depthcorr.correction import load
 from bathbot_depthcorr.correction_model import CalibrationFileError
 from bathbot_depthcorr.errors import BathbotError, SettingsError
 from bathbot_depthcorr.guards import CalibrationRefusedError
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.rigid import transform_from
-from depthcorr_wall import Sensor, blurred
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from scipy.spatial.transform import Rotation
-
-BOARD = Chessboard()
-COLOUR = Pinhole(640, 360, 316.0, 316.0, 320.0, 181.0)
-STORE = get_typestore(Stores.ROS2_JAZZY)
-STORE.register(
-    get_types_from_msg("float64[9] rotation\nfloat64[3] translation", "realsense2_camera_msgs/msg/Extrinsics")
-)
-PREFIX = "/camera/camera"
-TYPES = {
-    "color/image_raw": "sensor_msgs/msg/Image", "color/camera_info": "sensor_msgs/msg/CameraInfo",
-    "depth/image_rect_raw": "sensor_msgs/msg/Image", "depth/camera_info": "sensor_msgs/msg/CameraInfo",
-    "extrinsics/depth_to_color": "realsense2_camera_msgs/msg/Extrinsics",
-}  # fmt: skip
-
-
-def make(name, **fields):
-    return STORE.types[name](**fields)
-
-
-def header(stamp, frame):
-    seconds = int(stamp)
-    time = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=round((stamp - seconds) * 1e9))
-    return make("std_msgs/msg/Header", stamp=time, frame_id=frame)
-
-
-def image(array, encoding, stamp, frame):
-    return make(
-        "sensor_msgs/msg/Image", header=header(stamp, frame), height=array.shape[0], width=array.shape[1],
-        encoding=encoding, is_bigendian=0, step=array[0].nbytes,
-        data=np.ascontiguousarray(array).view(np.uint8).ravel(),
-    )  # fmt: skip
-
-
-def info(camera, frame):
-    roi = make(
-        "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
-    )
-    return make(
-        "sensor_msgs/msg/CameraInfo", header=header(0.0, frame), height=camera.height, width=camera.width,
-        distortion_model="plumb_bob", d=np.zeros(5), k=camera.matrix.ravel(), r=np.eye(3).ravel(),
-        p=np.column_stack([camera.matrix, np.zeros(3)]).ravel(), binning_x=0, binning_y=0, roi=roi,
-    )  # fmt: skip
-
-
-def draw(pose):
-    """The board on a grey wall, seen by the colour camera, with many samples per pixel."""
-    big = COLOUR.scaled(COLOUR.width * 4, COLOUR.height * 4)
-    cells = np.add.outer(np.arange(BOARD.rows + 1), np.arange(BOARD.columns + 1)) % 2
-    print_ = np.kron(
-        np.pad(cells * 200 + 20, 1, constant_values=230).astype(np.uint8), np.ones((20, 20), np.uint8)
-    )
-    pitch = BOARD.square / 20
-    shift = 0.5 * pitch - 2 * BOARD.square
-    metres = np.array([[pitch, 0, shift], [0, pitch, shift], [0, 0, 1]])
-    warp = big.matrix @ pose[:3, [0, 1, 3]] @ metres
-    drawn = cv2.warpPerspective(print_, warp, (big.width, big.height), borderValue=120)
-    grey = cv2.resize(drawn, (COLOUR.width, COLOUR.height), interpolation=cv2.INTER_AREA)
-    return np.repeat(grey[..., None], 3, axis=2)
-
-
-def poses(count):
-    rng = np.random.default_rng(0)
-    for distance in 1.0 / np.linspace(1.0 / 0.6, 1.0 / 1.1, count):
-        turn = Rotation.from_euler("xyz", (*rng.uniform(-0.4, 0.4, 2), rng.uniform(-0.1, 0.1))).as_matrix()
-        middle = np.array([*rng.uniform(-0.06, 0.06, 2) * distance, distance])
-        yield transform_from(turn, middle - turn @ BOARD.corners.mean(axis=0))
-
-
-def record(path, sensor, count, *, frames=4, skip=(), rename=None, depth_frame="camera_depth_optical_frame"):
-    """Write a bag of still poses with moving frames between them."""
-    rng = np.random.default_rng(1)
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connections = {
-            name: writer.add_connection((rename or {}).get(name, f"{PREFIX}/{name}"), kind, typestore=STORE)
-            for name, kind in TYPES.items() if name not in skip
-        }  # fmt: skip
-
-        def write(name, stamp, message):
-            if name in connections:
-                writer.write(connections[name], round(stamp * 1e9), STORE.serialize_cdr(message, TYPES[name]))
-
-        turned = sensor.factory.T_colour_depth
-        write("color/camera_info", 0.0, info(COLOUR, "camera_color_optical_frame"))
-        write("depth/camera_info", 0.0, info(sensor.camera, depth_frame))
-        write("extrinsics/depth_to_color", 0.0, make(
-            "realsense2_camera_msgs/msg/Extrinsics", rotation=turned[:3, :3].T.ravel(),
-            translation=turned[:3, 3].copy(),
-        ))  # fmt: skip
-        stamp = 1.0
-        for pose in poses(count):
-            normal = -pose[:3, 2]
-            truth = sensor.truth(Plane(normal, float(normal @ pose[:3, 3])))
-            frozen, colour = blurred(rng, truth.shape, 3.0, sensor.frozen), draw(pose)
-            for number in range(frames + 2):
-                stamp += 0.1
-                moving = number < 2
-                shown = np.roll(colour, 25 * (2 - number), axis=1) if moving else colour
-                noisy = np.clip(shown + rng.normal(0.0, 1.0, shown.shape), 0, 255).astype(np.uint8)
-                write("color/image_raw", stamp, image(noisy, "rgb8", stamp, "camera_color_optical_frame"))
-                depth = sensor.frame(1.3 * truth if moving else truth, rng, frozen)
-                mm = np.nan_to_num(depth * 1000.0).round().astype(np.uint16)
-                write("depth/image_rect_raw", stamp, image(mm, "16UC1", stamp, depth_frame))
+from depthcorr_bag import BOARD, PREFIX, TYPES, record
+from depthcorr_wall import Sensor
 
 
 @pytest.fixture(scope="module")

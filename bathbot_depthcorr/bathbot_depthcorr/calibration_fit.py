@@ -1,0 +1,144 @@
+"""Checks views, fits a correction to them, and judges it on views held out by pose."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bathbot_depthcorr.calibration_report import CalibrationReport
+from bathbot_depthcorr.calibration_steps import Steps
+from bathbot_depthcorr.colour_reference import ColourReference
+from bathbot_depthcorr.correction import MODELS
+from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity
+from bathbot_depthcorr.disparity_fit import fit_disparity_spline
+from bathbot_depthcorr.errors import SettingsError
+from bathbot_depthcorr.guards import (
+    check_colour,
+    check_coverage,
+    check_extrinsics,
+    check_views,
+    extrinsics_change,
+)
+from bathbot_depthcorr.held_out_view import judge
+from bathbot_depthcorr.learning_curve import LearningPoint, learning_curve, smooth_error
+from bathbot_depthcorr.two_stage_fit import fit_two_stage
+from bathbot_depthcorr.view_set import ViewSet
+from bathbot_depthcorr.views import CalibrationView, nearest_first
+from bathbot_depthcorr.wall_extraction import only_wall
+from bathbot_depthcorr.wall_guards import WallComparison, check_wall, compare_wall, keep_walls
+
+DEFAULT_MODEL = "disparity_spline"
+HELD_OUT_EVERY = 4
+_FITS: dict[str, Callable[[Sequence[CalibrationView], CameraUnit], Correction]] = {
+    "disparity_spline": fit_disparity_spline,
+    "two_stage": fit_two_stage,
+    "identity": lambda _, unit: Identity(unit),
+}
+
+
+class SoundViews(NamedTuple):
+    """Views that passed every guard, cleaned of what is not the wall, near to far.
+
+    Attributes:
+        training: To learn from while judging.
+        held: Held out, every fourth.
+        unit: The camera.
+        reference: See `ViewSet`.
+        raw: Raw depth against the true planes.
+        warnings: One line each.
+    """
+
+    training: list[CalibrationView]
+    held: list[CalibrationView]
+    unit: CameraUnit
+    reference: ColourReference | None
+    raw: WallComparison
+    warnings: list[str]
+
+
+def find_fit(model: str) -> Callable[[Sequence[CalibrationView], CameraUnit], Correction]:
+    """The function that fits a model.
+
+    Raises:
+        SettingsError: On an unknown name.
+    """
+    if model not in _FITS:
+        raise SettingsError(f"unknown depth model {model!r}; known are {', '.join(MODELS)}")
+    return _FITS[model]
+
+
+def sound_views(found: ViewSet) -> SoundViews:
+    """Pass views through all guards.
+
+    Raises:
+        CalibrationRefusedError: Naming the number that failed.
+    """
+    unit, reference = found.unit, found.reference
+    ordered, warnings = keep_walls(nearest_first(found.views), unit)
+    warnings = [*found.notes, *warnings, *check_views(ordered)]
+    if not unit.serial:
+        warnings.append("the camera told no serial number on /diagnostics: any camera of this size will pass")
+    warnings += check_colour(reference) if reference else []
+    raw = compare_wall(ordered, unit)
+    warnings += check_wall(raw)
+    ordered, blind = keep_walls([only_wall(view, unit) for view in ordered], unit)
+    warnings += blind + check_coverage(ordered, unit)
+    held = set(range(HELD_OUT_EVERY // 2, len(ordered), HELD_OUT_EVERY))
+    parts = [], []
+    for index, view in enumerate(ordered):
+        parts[index in held].append(view)
+    return SoundViews(*parts, unit, reference, raw, warnings)
+
+
+def fit_and_judge(
+    sound: SoundViews, model: str, steps: Steps = Steps()
+) -> tuple[Correction, CalibrationReport]:
+    """Fit to the training views to judge, then to all views.
+
+    Raises:
+        CalibrationRefusedError: If the fitted transform cannot be that of the camera.
+    """
+    fit, unit = find_fit(model), sound.unit
+    every = nearest_first([*sound.training, *sound.held])
+    steps.progress(0.0, f"fit to {len(sound.training)} views")
+    trial = fit(sound.training, unit)
+    steps.progress(0.5, f"fit to {len(every)} views")
+    correction = fit(every, unit)
+    warnings = [*sound.warnings, *check_extrinsics(correction.unit, unit)]
+    return correction, CalibrationReport(
+        model, len(every), [judge(view, trial, Identity(unit)) for view in sound.held],
+        extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else np.nan,
+        float(getattr(correction, "noise", np.nan)), sound.raw, warnings,
+        (LearningPoint(len(sound.training), smooth_error(trial, sound.held)),),
+    )  # fmt: skip
+
+
+def calibrate(
+    views: Sequence[CalibrationView],
+    unit: CameraUnit,
+    model: str = DEFAULT_MODEL,
+    reference: ColourReference | None = None,
+) -> tuple[Correction, CalibrationReport]:
+    """Fit a correction and judge it on views held out by pose.
+
+    Args:
+        views: Walls seen by the camera.
+        unit: The camera, with the factory's depth -> colour transform.
+        model: One of `MODELS`.
+        reference: What the board says about the colour camera, if it was used.
+
+    Returns:
+        The correction fitted to all views, and the report of one fitted without the held-out views.
+
+    Raises:
+        SettingsError: On an unknown model.
+        CalibrationRefusedError: Naming the number that failed.
+    """
+    find_fit(model)
+    return fit_and_judge(sound_views(ViewSet(list(views), unit, reference)), model)
+
+
+def with_learning(report: CalibrationReport, sound: SoundViews, steps: Steps) -> CalibrationReport:
+    """The report with the learning curve from fewer views on: a few more fits."""
+    points = learning_curve(find_fit(report.model), sound.training, sound.held, sound.unit, steps.progress)
+    return report._replace(learning=(*points, *report.learning))
