@@ -38,18 +38,6 @@ def count_or_seeds(text: str) -> list[int]:
     return list(range(int(text)))
 
 
-def picture_size(text: str) -> tuple[int, int]:
-    """Read width and height of a picture [px], such as `1280x720`.
-
-    Raises:
-        InputError: On anything else.
-    """
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text.strip())
-    if match is None:
-        raise InputError(f"a size is written as width x height, such as 1280x720, got {text!r}")
-    return int(match[1]), int(match[2])
-
-
 def board_size(text: str) -> tuple[int, int]:
     """Read the inner corners of a chessboard, such as `11x8`.
 

@@ -28,7 +28,7 @@ def depth(
         ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
     ),
     model: str = typer.Option(
-        "disparity_spline", help="Depth model: disparity_spline, two_stage or identity."
+        "disparity_spline", help="Depth model: disparity_spline, two_imager, two_stage or identity."
     ),
     board: str = typer.Option("11x8", help="Inner corners of the board, along x across."),
     square: float = typer.Option(

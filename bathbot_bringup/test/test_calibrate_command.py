@@ -15,7 +15,7 @@ from bathbot_depthcorr.view_set import ViewSet
 from bathbot_depthcorr.views import CalibrationView
 from scipy.spatial.transform import Rotation
 
-from bathbot_depthcorr import calibration_fit
+from bathbot_depthcorr import fitting
 
 CAMERA = Pinhole(320, 180, 160.0, 160.0, 160.0, 90.0)
 
@@ -78,7 +78,7 @@ def test_an_interrupted_fit_writes_nothing(folder, tmp_path, monkeypatch, capsys
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(calibration_fit._FITS, "two_stage", interrupt)
+    monkeypatch.setitem(fitting.FITS, "two_stage", interrupt)
     arguments = ["calibrate", "depth", str(folder), "--model", "two_stage", "--out", str(tmp_path / "a.npz")]
     assert run(arguments) == 130
     assert "stopped fit two_stage" in capsys.readouterr().out.replace("  ", " ")

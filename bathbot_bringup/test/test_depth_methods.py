@@ -18,7 +18,7 @@ def wall(distance, tilt_x, tilt_y):
 
 
 def test_the_table_names_every_method_in_order_and_says_a_line_about_it():
-    assert list(METHODS) == [*BASELINES, "two_stage", "disparity_spline"]
+    assert list(METHODS) == [*BASELINES, "two_stage", "two_imager", "disparity_spline"]
     assert all(method.about and "\n" not in method.about for method in METHODS.values())
 
 

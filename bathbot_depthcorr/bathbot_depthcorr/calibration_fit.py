@@ -1,6 +1,6 @@
 """Checks views, fits a correction to them, and judges it on views held out by pose."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,32 +8,24 @@ import numpy as np
 from bathbot_depthcorr.calibration_report import CalibrationReport
 from bathbot_depthcorr.calibration_steps import Steps
 from bathbot_depthcorr.colour_reference import ColourReference
-from bathbot_depthcorr.correction import MODELS
 from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity
-from bathbot_depthcorr.disparity_fit import fit_disparity_spline
-from bathbot_depthcorr.errors import SettingsError
+from bathbot_depthcorr.fitting import DEFAULT_MODEL, find_fit
 from bathbot_depthcorr.guards import (
     check_colour,
     check_coverage,
     check_extrinsics,
+    check_parallax,
     check_views,
     extrinsics_change,
 )
 from bathbot_depthcorr.held_out_view import judge
 from bathbot_depthcorr.learning_curve import LearningPoint, learning_curve, smooth_error
-from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.view_set import ViewSet
 from bathbot_depthcorr.views import CalibrationView, nearest_first
 from bathbot_depthcorr.wall_extraction import only_wall
 from bathbot_depthcorr.wall_guards import WallComparison, check_wall, compare_wall, keep_walls
 
-DEFAULT_MODEL = "disparity_spline"
 HELD_OUT_EVERY = 4
-_FITS: dict[str, Callable[[Sequence[CalibrationView], CameraUnit], Correction]] = {
-    "disparity_spline": fit_disparity_spline,
-    "two_stage": fit_two_stage,
-    "identity": lambda _, unit: Identity(unit),
-}
 
 
 class SoundViews(NamedTuple):
@@ -54,17 +46,6 @@ class SoundViews(NamedTuple):
     reference: ColourReference | None
     raw: WallComparison
     warnings: list[str]
-
-
-def find_fit(model: str) -> Callable[[Sequence[CalibrationView], CameraUnit], Correction]:
-    """The function that fits a model.
-
-    Raises:
-        SettingsError: On an unknown name.
-    """
-    if model not in _FITS:
-        raise SettingsError(f"unknown depth model {model!r}; known are {', '.join(MODELS)}")
-    return _FITS[model]
 
 
 def sound_views(found: ViewSet) -> SoundViews:
@@ -96,7 +77,7 @@ def fit_and_judge(
     """Fit to the training views to judge, then to all views.
 
     Raises:
-        CalibrationRefusedError: If the fitted transform cannot be that of the camera.
+        CalibrationRefusedError: If the fitted transform cannot be that of the camera and the squares given.
     """
     fit, unit = find_fit(model), sound.unit
     every = nearest_first([*sound.training, *sound.held])
@@ -105,6 +86,9 @@ def fit_and_judge(
     steps.progress(0.5, f"fit to {len(every)} views")
     correction = fit(every, unit)
     warnings = [*sound.warnings, *check_extrinsics(correction.unit, unit)]
+    # Only the default model knows the transform well enough to measure the squares by it.
+    ruler = correction if model == DEFAULT_MODEL else find_fit(DEFAULT_MODEL)(every, unit)
+    warnings += check_parallax(ruler.unit, unit)
     return correction, CalibrationReport(
         model, len(every), [judge(view, trial, Identity(unit)) for view in sound.held],
         extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else np.nan,
@@ -124,7 +108,7 @@ def calibrate(
     Args:
         views: Walls seen by the camera.
         unit: The camera, with the factory's depth -> colour transform.
-        model: One of `MODELS`.
+        model: One of `fitting.FITS`.
         reference: What the board says about the colour camera, if it was used.
 
     Returns:

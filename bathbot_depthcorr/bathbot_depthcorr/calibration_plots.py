@@ -8,8 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bathbot_depthcorr.calibration_report import CalibrationReport
-from bathbot_depthcorr.disparity_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
 from bathbot_depthcorr.held_out_view import HeldOutView
+from bathbot_depthcorr.wall_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
 
 DATA_SHEET = 0.02  # of the distance, that an uncorrected D455 may err
 COLOURS = {"before": "tab:red", "after": "tab:blue"}

@@ -129,12 +129,15 @@ def check_extrinsics(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
         raise CalibrationRefusedError(
             f"{told}, at most 1.5 deg and 15 mm are allowed; are the topics of one camera?"
         )
-    warnings = [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
-    return warnings + _check_parallax(fitted, factory)
+    return [f"{told}; was the camera dropped?"] if turn > ODD_TURN or move > ODD_MOVE else []
 
 
-def _check_parallax(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
-    """The fitted distance between the imagers grows with the squares: the second ruler beside raw depth."""
+def check_parallax(fitted: CameraUnit, factory: CameraUnit) -> list[str]:
+    """Compare the fitted distance between the imagers, which grows with the squares, with the factory's.
+
+    Raises:
+        CalibrationRefusedError: If they differ by more than 5 %.
+    """
     before, after = (float(np.linalg.norm(unit.T_colour_depth[:3, 3])) for unit in (factory, fitted))
     if before < LEAST_PARALLAX or abs(after / before - 1.0) <= ODD_PARALLAX:
         return []

@@ -23,7 +23,7 @@ CONDITIONS = {
 def condition_errors(unit: UnitUnderTest, correction: Fitted) -> dict[str, float]:
     """Mean absolute error [mm] of one frame of a wall, condition by condition.
 
-    Pixels off by more than 20 mm are left out: a wet surface gives wrong matches, and no correction knows them.
+    Pixels off by more than 20 mm are left out: wet surfaces give wrong matches, which no correction knows.
     """
     surface = wall(DISTANCE)
     truth, expected = unit.truth(surface), unit.expected(surface, correction.T_colour_depth)

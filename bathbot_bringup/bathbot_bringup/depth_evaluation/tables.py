@@ -63,7 +63,8 @@ def _table_2(summary: Mapping[str, Any]) -> Table:
     rows = summary["table2"]
     for row in rows:
         table.add_row(
-            str(row["no"]), f"{row['published_raw_mm']:.2f}", f"{row['raw_mm']:.2f} ± {row['raw_std_mm']:.2f}",
+            str(row["no"]), f"{row['published_raw_mm']:.2f}",
+            f"{row['raw_mm']:.2f} ± {row['raw_std_mm']:.2f}",
             f"{row['published_z_mm']:.2f}", f"{row['two_stage_mm']:.2f} ± {row['two_stage_std_mm']:.2f}",
             f"{row['corrected_mm']:.2f} ± {row['corrected_std_mm']:.2f}",
         )  # fmt: skip
