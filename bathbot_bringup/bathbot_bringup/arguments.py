@@ -35,3 +35,15 @@ def board_size(text: str) -> tuple[int, int]:
     if match is None or min(int(match[1]), int(match[2])) < 2:
         raise InputError(f"a board is written as inner corners along x across, such as 11x8, got {text!r}")
     return int(match[1]), int(match[2])
+
+
+def image_size(text: str) -> tuple[int, int]:
+    """Read width and height of an image [px], such as `1280x720`.
+
+    Raises:
+        InputError: On anything else.
+    """
+    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text.strip())
+    if match is None or min(int(match[1]), int(match[2])) < 32:
+        raise InputError(f"a size is written as width x height from 32x32 on, such as 1280x720, got {text!r}")
+    return int(match[1]), int(match[2])

@@ -116,8 +116,11 @@ class Correction(ABC):
         return self.unit.temperature
 
     @abstractmethod
-    def apply(self, depth: Depth) -> Depth:
-        """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none."""
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
+        """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none.
+
+        Writes to `out`, float32 of the same shape, and gives it back; makes a new array by default.
+        """
 
     @abstractmethod
     def sigma(self, depth: Depth) -> Depth:
@@ -185,9 +188,12 @@ class Identity(Correction):
 
     model = "identity"
 
-    def apply(self, depth: Depth) -> Depth:
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Give a copy of depth [m], shape (H, W)."""
-        return self.check_shape(depth).copy()
+        depth = self.check_shape(depth)
+        out = np.empty_like(depth) if out is None else out
+        np.copyto(out, depth)
+        return out
 
     def sigma(self, depth: Depth) -> Depth:
         """Noise of one frame and the 2 % that the data sheet allows, added in squares [m]."""

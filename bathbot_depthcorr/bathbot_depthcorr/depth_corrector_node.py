@@ -4,27 +4,34 @@ import time
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
+from numpy.typing import NDArray
 from rclpy.qos import qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from bathbot_depthcorr.camera_health import camera_health
 from bathbot_depthcorr.correction import load
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.live_correction import Level, LiveCorrection
+from bathbot_depthcorr.frame_quality import quality_values
+from bathbot_depthcorr.live_correction import Level, LiveCorrection, Verdict
 from bathbot_depthcorr.messages import (
+    DepthImage,
     depth_from_image,
     extrinsics_from_transform,
-    image_from_depth,
+    header_of,
     image_mm_from_depth,
     pinhole_from_info,
 )
 from bathbot_depthcorr.newest_worker import NewestWorker
+from bathbot_depthcorr.serialized_image import read_image
 from bathbot_depthcorr.settings import Settings
 from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 
 _LEVELS = {Level.OK: OK, Level.WARN: WARN, Level.ERROR: ERROR}
 CAMERA = "camera/camera"
+WAITING = 3  # frames that may wait while the machine is busy elsewhere
+JUDGE_EVERY, SILENCE = 1.0, 3.0  # [s] between two close looks, without frames
 
 
 class DepthCorrector(StageNode):
@@ -56,13 +63,16 @@ class DepthCorrector(StageNode):
         self._live = LiveCorrection(self._settings, self._stored)
         self._info: CameraInfo | None = None
         self._factory: Extrinsics | None = None
+        self._told: Verdict | None = None
+        self._raw: NDArray[np.float32] | None = None
+        self._out: DepthImage | None = None
+        self._judged, self._seen, self._fps = 0.0, 0.0, 0.0
         self._last = (time.monotonic(), 0)
-        self._fps = 0.0
-        self._worker = NewestWorker(self._correct, self._fail)
+        self._worker = NewestWorker(self._correct, self._fail, WAITING)
         self._subscriptions_ours = [
             self.create_subscription(CameraInfo, f"{CAMERA}/depth/camera_info", self._meet_camera, 5),
-            self.create_subscription(
-                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, qos_profile_sensor_data
+            self.create_subscription(  # raw: the pixels are read in place
+                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, qos_profile_sensor_data, raw=True
             ),
             self.create_subscription(
                 Extrinsics, f"{CAMERA}/extrinsics/depth_to_color", self._meet_factory, LATCHED
@@ -94,7 +104,7 @@ class DepthCorrector(StageNode):
         self._info = info
         if changed:
             self._publish_transform()
-        self._tell()
+            self._tell()
 
     def _meet_factory(self, extrinsics: Extrinsics) -> None:
         self._factory = extrinsics
@@ -113,18 +123,31 @@ class DepthCorrector(StageNode):
         elif self._factory is not None:
             self._transform.publish(self._factory)
 
-    def _correct(self, image: Image) -> None:
-        """Correct one frame; runs in the worker's thread."""
-        corrected = self._live.process(depth_from_image(image))
+    def _correct(self, message: bytes) -> None:
+        """Correct one frame, in memory that the frame before used; runs in the worker's thread."""
+        image = read_image(message)
+        self._raw = depth_from_image(image, self._raw)
+        if self._out is None or self._out.depth.shape != self._raw.shape:
+            self._out = DepthImage(*self._raw.shape)
+        corrected = self._live.process(self._raw, self._out.depth)
         if corrected is not None:
-            self._depth.publish(image_from_depth(corrected, image.header))
-            if self._depth_mm is not None:
-                self._depth_mm.publish(image_mm_from_depth(corrected, image.header))
-            self._info.header = image.header
-            self._depth_info.publish(self._info)
-        self._tell()
+            self._publish(corrected, header_of(image))
+            self._seen = time.monotonic()
+            if self._seen - self._judged > JUDGE_EVERY:
+                self._judged = self._seen
+                self._live.judge(corrected)
+        if self._live.verdict() != self._told:
+            self._tell()
+
+    def _publish(self, corrected: NDArray[np.float32], header: Header) -> None:
+        self._out.message.header = self._info.header = header
+        self._depth.publish(self._out.message)
+        self._depth_info.publish(self._info)
+        if self._depth_mm is not None:
+            self._depth_mm.publish(image_mm_from_depth(corrected, header))
 
     def _fail(self, error: Exception) -> None:
+        self._told = None
         self.get_logger().error(str(error), throttle_duration_sec=5.0)
         self.report(ERROR, str(error))
 
@@ -132,14 +155,18 @@ class DepthCorrector(StageNode):
         now, done = time.monotonic(), self._worker.done
         self._fps = (done - self._last[1]) / (now - self._last[0])
         self._last = (now, done)
+        if now - self._seen > SILENCE:
+            self._live.lose_sight()
+        if self._told is not None:  # otherwise an error is on show until the next good frame
+            self._tell()
 
     def _tell(self) -> None:
-        verdict, health = self._live.verdict(), self._live.health
+        self._told, health = self._live.verdict(), self._live.health
         self.report(
-            _LEVELS[verdict.level], verdict.message,
+            _LEVELS[self._told.level], self._told.message,
             model=self._stored.model if self._stored else "none", serial=health.serial or "unknown",
-            fill=f"{self._live.fill:.3f}", sigma_mm=f"{1e3 * self._live.sigma:.2f}", fps=f"{self._fps:.1f}",
-            dropped=self._worker.dropped, temperature=f"{health.temperature:.1f}",
+            fps=f"{self._fps:.1f}", dropped=self._worker.dropped, temperature=f"{health.temperature:.1f}",
+            **quality_values(self._live.quality, self._settings.wall_distance),
         )  # fmt: skip
 
 

@@ -68,10 +68,10 @@ class DisparitySpline(Correction):
         self._offset = (self._surface(self.offset) / focal_baseline).astype(np.float32)
         self._table = _ripple_table(self.ripple, focal_baseline)
 
-    def apply(self, depth: Depth) -> Depth:
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none."""
         depth = self.check_shape(depth)
-        out = np.empty_like(depth)
+        out = np.empty_like(depth) if out is None else out
         correct_disparity(depth, self._scale, self._offset, self._table, _PER_METRE, out)
         return out
 

@@ -1,6 +1,7 @@
-"""A thread that always works on the newest item: old frames are dropped, new ones never wait."""
+"""A thread that works on the newest items: old frames are dropped, new ones hardly wait."""
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -8,21 +9,25 @@ Item = TypeVar("Item")
 
 
 class NewestWorker(Generic[Item]):
-    """Calls `work` in a thread of its own with the newest item handed over.
+    """Calls `work` in a thread of its own with the newest items handed over.
 
     Errors that `work` raises are given to `fail`; the thread goes on with the next item.
     """
 
-    def __init__(self, work: Callable[[Item], None], fail: Callable[[Exception], None]) -> None:
+    def __init__(
+        self, work: Callable[[Item], None], fail: Callable[[Exception], None], waiting: int = 1
+    ) -> None:
         """Start the thread.
 
         Args:
             work: Called with one item at a time.
             fail: Called with an exception that `work` raised.
+            waiting: How many items may wait before the oldest is dropped; more than one bridges a pause of
+                the machine, and makes a thread that is always too slow late by as many.
         """
         self._work, self._fail = work, fail
         self._condition = threading.Condition()
-        self._item: Item | None = None
+        self._waiting: deque[Item] = deque(maxlen=waiting)
         self._open = True
         self.done = 0
         self.dropped = 0
@@ -30,10 +35,10 @@ class NewestWorker(Generic[Item]):
         self._thread.start()
 
     def put(self, item: Item) -> None:
-        """Hand over an item; one that still waits is dropped and counted."""
+        """Hand over an item; if too many wait, the oldest is dropped and counted."""
         with self._condition:
-            self.dropped += self._item is not None
-            self._item = item
+            self.dropped += len(self._waiting) == self._waiting.maxlen
+            self._waiting.append(item)
             self._condition.notify()
 
     def close(self, timeout: float = 2.0) -> None:
@@ -47,10 +52,10 @@ class NewestWorker(Generic[Item]):
     def _run(self) -> None:
         while True:
             with self._condition:
-                self._condition.wait_for(lambda: self._item is not None or not self._open)
+                self._condition.wait_for(lambda: self._waiting or not self._open)
                 if not self._open:
                     return
-                item, self._item = self._item, None
+                item = self._waiting.popleft()
             try:
                 self._work(item)
             except Exception as error:  # the owner decides; this thread must live on

@@ -55,10 +55,10 @@ class TwoStage(Correction):
         size = (self.depth_camera.width, self.depth_camera.height)
         self._local = np.ascontiguousarray(cv2.resize(self.local, size, interpolation=cv2.INTER_LINEAR))
 
-    def apply(self, depth: Depth) -> Depth:
+    def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none."""
         depth = self.check_shape(depth)
-        out = np.empty_like(depth)
+        out = np.empty_like(depth) if out is None else out
         near, far = np.float32(self.span)
         correct_polynomial(depth, self._local, self.overall.astype(np.float32), near, far, out)
         return out

@@ -1,0 +1,75 @@
+"""`bathbot bench depth`: is the live correction fast enough for the camera, and at what cost?"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from bathbot_bringup.bench_apply import ApplyTime, time_apply
+from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_frames
+from bathbot_bringup.bench_stream import StreamResult, watch_stream
+from bathbot_bringup.result_file import write_json
+
+
+def bench_depth(size: tuple[int, int], rate: float, seconds: float, json_file: Path | None) -> None:
+    """Time the kernel, then the node under a stream; print a table and write the numbers.
+
+    Args:
+        size: Width and height of the frames [px].
+        rate: Frames per second [Hz].
+        seconds: How long the node is watched [s].
+        json_file: Where to write the numbers; None writes none.
+    """
+    console = Console(highlight=False)
+    camera = bench_camera(*size)
+    applied = time_apply(bench_correction(camera), bench_frames(camera, 1)[0])
+    with Progress(console=console, transient=True) as bar, tempfile.TemporaryDirectory() as folder:
+        task = bar.add_task(f"depth_corrector at {rate:g} Hz", total=1.0)
+        stream = watch_stream(
+            size, rate, seconds, Path(folder), lambda share: bar.update(task, completed=share)
+        )
+    numbers = _numbers(applied, stream) | {
+        "size": f"{size[0]}x{size[1]}", "rate_hz": rate, "seconds": seconds, "machine": machine(),
+    }  # fmt: skip
+    _print(console, numbers)
+    if json_file:
+        write_json(json_file, numbers)
+
+
+def machine() -> dict[str, Any]:
+    """Cores, processor and load of this machine: without them a time says little."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return {"cores": os.cpu_count(), "cpu": models[0] if models else "unknown", "load": os.getloadavg()[0]}
+
+
+def _numbers(applied: ApplyTime, stream: StreamResult) -> dict[str, Any]:
+    latency = np.percentile(stream.latencies_ms, (50, 99)) if stream.got else (float("nan"),) * 2
+    return applied._asdict() | {
+        "node_dropped": stream.dropped, "node_cpu": stream.cpu, "frames_sent": stream.sent,
+        "frames_got": stream.got, "latency_ms_p50": latency[0], "latency_ms_p99": latency[1],
+    }  # fmt: skip
+
+
+def _print(console: Console, numbers: dict[str, Any]) -> None:
+    here = numbers["machine"]
+    stream = f"{numbers['size']} at {numbers['rate_hz']:g} Hz for {numbers['seconds']:g} s"
+    table = Table(
+        "what", "measured", "at most", title=f"depth correction, {stream}",
+        caption=f"{here['cores']} cores, {here['cpu']}, load {here['load']:.1f}",
+    )  # fmt: skip
+    applied = f"{numbers['apply_over_copy']:.2f}  ({numbers['apply_ms']:.2f} / {numbers['copy_ms']:.2f} ms)"
+    table.add_row("apply over a copy of the frame", applied, "3")
+    table.add_row("frames dropped by the node", f"{numbers['node_dropped']} of {numbers['frames_sent']}", "0")
+    table.add_row("the node's share of one core", f"{numbers['node_cpu']:.1%}", "40 %")
+    latency = f"{numbers['latency_ms_p50']:.1f} / {numbers['latency_ms_p99']:.1f} ms"
+    table.add_row("stamp to arrival, median / 99 %", latency, "")
+    console.print(table)
