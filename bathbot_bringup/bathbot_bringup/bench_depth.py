@@ -54,7 +54,7 @@ def machine() -> dict[str, Any]:
 def _numbers(applied: ApplyTime, stream: StreamResult) -> dict[str, Any]:
     latency = np.percentile(stream.latencies_ms, (50, 99)) if stream.got else (float("nan"),) * 2
     return applied._asdict() | {
-        "node_dropped": stream.dropped, "node_cpu": stream.cpu, "frames_sent": stream.sent,
+        "node_dropped": stream.dropped, "node_counted": stream.counted, "node_cpu": stream.cpu, "frames_sent": stream.sent,
         "frames_got": stream.got, "latency_ms_p50": latency[0], "latency_ms_p99": latency[1],
     }  # fmt: skip
 

@@ -14,12 +14,13 @@ class BenchListener:
     Attributes:
         arrivals: Time of arrival [s] by stamp [s].
         trouble: The corrector's last message unless all is well.
+        counted: Frames the corrector itself says it had to drop.
     """
 
     def __init__(self, node: Node) -> None:
         """Subscribe with a node that somebody spins."""
         self.arrivals: dict[float, float] = {}
-        self.trouble = "it has not reported yet"
+        self.trouble, self.counted = "it has not reported yet", 0
         node.create_subscription(Image, "depth/corrected/image", self._hear_frame, 30, raw=True)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_status, 10)
 
@@ -30,3 +31,5 @@ class BenchListener:
         for status in message.status:
             if status.name == "depth_corrector":
                 self.trouble = "" if status.level == DiagnosticStatus.OK else status.message
+                values = {entry.key: entry.value for entry in status.values}
+                self.counted = int(values.get("dropped", self.counted))

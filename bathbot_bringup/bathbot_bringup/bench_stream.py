@@ -3,7 +3,7 @@
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,12 +31,14 @@ class StreamResult(NamedTuple):
     Attributes:
         sent: Frames sent while it was watched.
         got: Those of them that came out corrected.
+        counted: Frames that the node itself says it dropped, since its start; the rest was lost on the way.
         cpu: Processor time of the node's process over wall time, 1 = one core.
         latencies_ms: From a frame's stamp to its arrival, shape (got,) [ms].
     """
 
     sent: int
     got: int
+    counted: int
     cpu: float
     latencies_ms: np.ndarray
 
@@ -88,22 +90,22 @@ def watch_stream(
             client.spin_until(lambda: False, _LINGER)
             if listener.trouble:
                 raise StreamError(f"depth_corrector reports: {listener.trouble}")
-    return count(listener.arrivals, begin, round(rate * seconds), rate, cpu)
+    sent = round(rate * seconds)
+    stamps = arrived(listener.arrivals, begin, sent, rate)
+    latencies = np.array([1e3 * (listener.arrivals[stamp] - stamp) for stamp in stamps])
+    return StreamResult(sent, len(stamps), listener.counted, cpu, latencies)
 
 
-def count(arrivals: dict[float, float], begin: float, sent: int, rate: float, cpu: float) -> StreamResult:
-    """Count which of the `sent` frames from the time `begin` [s] on have arrived.
+def arrived(arrivals: Collection[float], begin: float, sent: int, rate: float) -> list[float]:
+    """Find which of the `sent` frames from the time `begin` [s] on have come out.
 
     Args:
-        arrivals: Time of arrival by stamp [s]; at least one. Stamps lie 1 / rate apart.
+        arrivals: Stamps of all frames that came out [s]; they lie 1 / rate apart where none is missing.
         begin: Time of the first frame that counts [s].
         sent: How many count.
         rate: Frames per second [Hz].
-        cpu: Of the node.
     """
     anchor = min(arrivals)
     first = int(np.ceil((begin - anchor) * rate))
     numbers = {round((stamp - anchor) * rate): stamp for stamp in arrivals}
-    stamps = [numbers[number] for number in range(first, first + sent) if number in numbers]
-    latencies = np.array([1e3 * (arrivals[stamp] - stamp) for stamp in stamps])
-    return StreamResult(sent, len(stamps), cpu, latencies)
+    return [numbers[number] for number in range(first, first + sent) if number in numbers]

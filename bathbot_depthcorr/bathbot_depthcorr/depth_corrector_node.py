@@ -5,7 +5,7 @@ import time
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from numpy.typing import NDArray
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
@@ -30,7 +30,8 @@ from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, ru
 
 _LEVELS = {Level.OK: OK, Level.WARN: WARN, Level.ERROR: ERROR}
 CAMERA = "camera/camera"
-WAITING = 3  # frames that may wait while the machine is busy elsewhere
+WAITING = 8  # frames that may wait while the machine is busy elsewhere, in DDS and in the worker
+BEST_EFFORT = QoSProfile(depth=WAITING, reliability=ReliabilityPolicy.BEST_EFFORT)
 JUDGE_EVERY, SILENCE = 1.0, 3.0  # [s] between two close looks, without frames
 
 
@@ -47,8 +48,8 @@ class DepthCorrector(StageNode):
         if self._stored is not None:
             camera = self._stored.depth_camera
             self._stored.apply(np.full((camera.height, camera.width), np.nan, np.float32))
-        self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", 5)
-        self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", 5)
+        self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", WAITING)
+        self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", WAITING)
         self._transform = self.create_lifecycle_publisher(
             Extrinsics, "depth/corrected/depth_to_color", LATCHED
         )
@@ -72,7 +73,7 @@ class DepthCorrector(StageNode):
         self._subscriptions_ours = [
             self.create_subscription(CameraInfo, f"{CAMERA}/depth/camera_info", self._meet_camera, 5),
             self.create_subscription(  # raw: the pixels are read in place
-                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, qos_profile_sensor_data, raw=True
+                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, BEST_EFFORT, raw=True
             ),
             self.create_subscription(
                 Extrinsics, f"{CAMERA}/extrinsics/depth_to_color", self._meet_factory, LATCHED
