@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +14,41 @@ from rich.table import Table
 from bathbot_bringup.bench_apply import ApplyTime, time_apply
 from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_frames
 from bathbot_bringup.bench_stream import StreamResult, watch_stream
+from bathbot_bringup.errors import InputError
 from bathbot_bringup.result_file import write_json
 
 
-def bench_depth(size: tuple[int, int], rate: float, seconds: float, json_file: Path | None) -> None:
-    """Time the kernel, then the node under a stream; print a table and write the numbers.
+@dataclass(frozen=True, slots=True)
+class DepthBench:
+    """What to measure.
 
-    Args:
+    Attributes:
         size: Width and height of the frames [px].
         rate: Frames per second [Hz].
         seconds: How long the node is watched [s].
+    """
+
+    size: tuple[int, int]
+    rate: float
+    seconds: float
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be measured."""
+        if not 1.0 <= self.rate <= 120.0:
+            raise InputError(f"rate must lie in 1..120 Hz, got {self.rate}; a D455 gives up to 90")
+        if not 1.0 <= self.seconds <= 3600.0:
+            raise InputError(f"seconds must lie in 1..3600, got {self.seconds}")
+
+
+def bench_depth(bench: DepthBench, json_file: Path | None) -> None:
+    """Time the kernel, then the node under a stream; print a table and write the numbers.
+
+    Args:
+        bench: What to measure.
         json_file: Where to write the numbers; None writes none.
     """
     console = Console(highlight=False)
+    size, rate, seconds = bench.size, bench.rate, bench.seconds
     camera = bench_camera(*size)
     applied = time_apply(bench_correction(camera), bench_frames(camera, 1)[0])
     with Progress(console=console, transient=True) as bar, tempfile.TemporaryDirectory() as folder:
@@ -54,8 +77,9 @@ def machine() -> dict[str, Any]:
 def _numbers(applied: ApplyTime, stream: StreamResult) -> dict[str, Any]:
     latency = np.percentile(stream.latencies_ms, (50, 99)) if stream.got else (float("nan"),) * 2
     return applied._asdict() | {
-        "node_dropped": stream.dropped, "node_counted": stream.counted, "node_cpu": stream.cpu, "frames_sent": stream.sent,
-        "frames_got": stream.got, "latency_ms_p50": latency[0], "latency_ms_p99": latency[1],
+        "node_dropped": stream.dropped, "node_counted": stream.counted, "node_cpu": stream.cpu,
+        "frames_sent": stream.sent, "frames_got": stream.got,
+        "latency_ms_p50": latency[0], "latency_ms_p99": latency[1],
     }  # fmt: skip
 
 

@@ -22,8 +22,11 @@ from bathbot_depthcorr.messages import (
     header_of,
     image_mm_from_depth,
     pinhole_from_info,
+    transform_from_extrinsics,
 )
 from bathbot_depthcorr.newest_worker import NewestWorker
+from bathbot_depthcorr.registered_output_node import RegisteredOutput
+from bathbot_depthcorr.registration import Region
 from bathbot_depthcorr.serialized_image import read_image
 from bathbot_depthcorr.settings import Settings
 from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
@@ -69,6 +72,7 @@ class DepthCorrector(StageNode):
         self._out: DepthImage | None = None
         self._judged, self._seen, self._fps = 0.0, 0.0, 0.0
         self._last = (time.monotonic(), 0)
+        self._registered = self._open_region()
         self._worker = NewestWorker(self._correct, self._fail, WAITING)
         self._subscriptions_ours = [
             self.create_subscription(CameraInfo, f"{CAMERA}/depth/camera_info", self._meet_camera, 5),
@@ -89,6 +93,8 @@ class DepthCorrector(StageNode):
         self.destroy_timer(self._clock_timer)
         for subscription in self._subscriptions_ours:
             self.destroy_subscription(subscription)
+        if self._registered is not None:
+            self._registered.close()
 
     def teardown(self) -> None:
         """Let go of the publishers."""
@@ -96,20 +102,38 @@ class DepthCorrector(StageNode):
             if publisher is not None:
                 self.destroy_publisher(publisher)
 
+    def _open_region(self) -> RegisteredOutput | None:
+        """Offer the registered region, if one is wanted."""
+        region = Region(*self._settings.registered_roi)
+        if not region.width:
+            return None
+        topic, farthest = f"{CAMERA}/color/camera_info", self._settings.max_depth
+        output = RegisteredOutput(self, topic, region, farthest, self._fail)
+        if self._stored is not None:
+            output.view.meet_transform(self._stored.T_colour_depth)
+        return output
+
     def _meet_camera(self, info: CameraInfo) -> None:
         try:
-            changed = self._live.meet_camera(pinhole_from_info(info))
+            camera = pinhole_from_info(info)
         except BathbotError as error:
             self._fail(error)
             return
         self._info = info
-        if changed:
+        if self._registered is not None:
+            self._registered.view.meet_depth_camera(camera)
+        if self._live.meet_camera(camera):
             self._publish_transform()
             self._tell()
 
     def _meet_factory(self, extrinsics: Extrinsics) -> None:
         self._factory = extrinsics
         self._publish_transform()
+        if self._registered is not None and self._stored is None:
+            try:
+                self._registered.view.meet_transform(transform_from_extrinsics(extrinsics))
+            except BathbotError as error:
+                self._fail(error)
 
     def _meet_health(self, diagnostics: DiagnosticArray) -> None:
         if self._live.meet_health(camera_health(diagnostics, self._live.health)):
@@ -137,7 +161,7 @@ class DepthCorrector(StageNode):
             if self._seen - self._judged > JUDGE_EVERY:
                 self._judged = self._seen
                 self._live.judge(corrected)
-        if self._live.verdict() != self._told:
+        if self._verdict() != self._told:
             self._tell()
 
     def _publish(self, corrected: NDArray[np.float32], header: Header) -> None:
@@ -146,6 +170,8 @@ class DepthCorrector(StageNode):
         self._depth_info.publish(self._info)
         if self._depth_mm is not None:
             self._depth_mm.publish(image_mm_from_depth(corrected, header))
+        if self._registered is not None:
+            self._registered.publish(corrected, header.stamp)
 
     def _fail(self, error: Exception) -> None:
         self._told = None
@@ -161,8 +187,18 @@ class DepthCorrector(StageNode):
         if self._told is not None:  # otherwise an error is on show until the next good frame
             self._tell()
 
+    def _verdict(self) -> Verdict:
+        verdict = self._live.verdict()
+        if (
+            verdict.level is not Level.ERROR
+            and self._registered is not None
+            and self._registered.view.trouble
+        ):
+            return Verdict(Level.ERROR, f"registered_roi: {self._registered.view.trouble}")
+        return verdict
+
     def _tell(self) -> None:
-        self._told, health = self._live.verdict(), self._live.health
+        self._told, health = self._verdict(), self._live.health
         self.report(
             _LEVELS[self._told.level], self._told.message,
             model=self._stored.model if self._stored else "none", serial=health.serial or "unknown",

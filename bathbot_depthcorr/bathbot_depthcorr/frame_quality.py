@@ -84,6 +84,14 @@ class Centre:
         return self._directions * sample[..., None]
 
 
+def _near_the_median(depth: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which depths, shape (N,), belong to the main surface; far outliers would turn the first fit around."""
+    if depth.size == 0:
+        return np.zeros(0, bool)
+    away = np.abs(depth - np.median(depth))
+    return away <= 5.0 * max(float(np.median(away)), 1e-3)
+
+
 def judge_frame(
     correction: Correction, depth: Depth, centre: Centre, before: Depth | None, wall_distance: float = 0.0
 ) -> FrameQuality:
@@ -103,7 +111,7 @@ def judge_frame(
     points = centre.points(sample)
     points = points[np.isfinite(points).all(axis=-1)]
     try:
-        plane = fit_plane(points, robust=True)
+        plane = fit_plane(points[_near_the_median(points[:, 2])], robust=True)
     except DegeneratePlaneError:
         return FrameQuality(fill, sigma, nan, False, nan, noise)
     distance = plane.distance(points)

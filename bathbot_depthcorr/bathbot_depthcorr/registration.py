@@ -18,7 +18,6 @@ Depth = NDArray[np.float32]
 
 _MARGIN = 2  # [px] around the part of the depth image that is projected
 _ALONG_BORDER = 9  # points on each edge of the region that are led back
-_RANGE = (0.3, 4.0)  # [m]
 
 
 class RegionError(DepthcorrError):
@@ -32,6 +31,21 @@ class Region(NamedTuple):
     top: int
     width: int
     height: int
+
+
+def region_camera(camera: Pinhole, region: Region) -> Pinhole:
+    """The camera that sees a region of the image only: its centre is counted from the region's corner.
+
+    Raises:
+        RegionError: If the region leaves the image.
+    """
+    left, top, width, height = region
+    if min(left, top) < 0 or left + width > camera.width or top + height > camera.height:
+        raise RegionError(
+            f"region {width}x{height} at ({left}, {top}) leaves the colour image of "
+            f"{camera.width}x{camera.height}; choose a smaller one"
+        )
+    return Pinhole(width, height, camera.fx, camera.fy, camera.cx - left, camera.cy - top, camera.distortion)
 
 
 class Registration:
@@ -49,7 +63,8 @@ class Registration:
         colour_camera: Pinhole,
         T_colour_depth: NDArray[np.float64],
         region: Region,
-        span: tuple[float, float] = _RANGE,
+        nearest: float = 0.3,
+        farthest: float = 4.0,
     ) -> None:
         """Prepare the rays of the part of the depth image that may show in the region.
 
@@ -58,23 +73,15 @@ class Registration:
             colour_camera: Of the region.
             T_colour_depth: Maps points of the depth frame to the colour frame, shape (4, 4).
             region: In the colour image.
-            span: Least and greatest depth that is carried over [m].
+            nearest: Least depth that is carried over [m].
+            farthest: Greatest depth that is carried over [m].
 
         Raises:
             RegionError: If the region leaves the colour image or the depth camera does not see it.
         """
-        left, top, width, height = region
-        right, bottom = left + width, top + height
-        if min(left, top) < 0 or right > colour_camera.width or bottom > colour_camera.height:
-            raise RegionError(
-                f"region {width}x{height} at ({left}, {top}) leaves the colour image of "
-                f"{colour_camera.width}x{colour_camera.height}; choose a smaller one"
-            )
-        self.camera = Pinhole(
-            width, height, colour_camera.fx, colour_camera.fy,
-            colour_camera.cx - left, colour_camera.cy - top, colour_camera.distortion,
-        )  # fmt: skip
-        self._span = np.array(span, np.float32)
+        self.camera = region_camera(colour_camera, region)
+        self._shape = (depth_camera.height, depth_camera.width)
+        self._span = np.array([nearest, farthest], np.float32)
         self.rows, self.columns = self._window(depth_camera, inverse(T_colour_depth))
         directions = depth_camera.directions(depth_camera.pixel_grid()[self.rows, self.columns])
         rays = rotate(T_colour_depth, directions)
@@ -92,12 +99,21 @@ class Registration:
 
         Args:
             depth: Corrected depth [m], shape (H, W) of the depth camera, float32, NaN = none.
+
+        Raises:
+            RegionError: If depth has another shape.
         """
+        if depth.shape != self._shape:
+            raise RegionError(
+                f"depth has shape {depth.shape}, the region was prepared for {self._shape}; "
+                "was the depth image resized?"
+            )
         window = np.ascontiguousarray(depth[self.rows, self.columns], dtype=np.float32)
         places = np.empty((3, *window.shape), np.float32)
         project_window(window, self._rays, self._origin, self._lens, self._span, places)
         patch = np.full((self.camera.height, self.camera.width), np.inf, np.float32)
         splat(window, places, self._footprint, patch)
+        patch[np.isinf(patch)] = np.nan
         return patch
 
     def _window(self, depth_camera: Pinhole, T_depth_colour: NDArray[np.float64]) -> tuple[slice, slice]:

@@ -69,7 +69,7 @@ def splat(depth, places, footprint, patch):
         depth: Depth [m] that was projected, shape (h, w), float32.
         places: What `project_window` wrote, shape (3, h, w).
         footprint: Colour pixels per depth pixel along u and v, times Z_colour / Z_depth.
-        patch: Filled with infinity; holds depth [m] or NaN afterwards, float32.
+        patch: Holds depth [m], float32; infinity where there is none yet.
     """
     height, width = patch.shape
     for i in range(places.shape[1]):
@@ -98,7 +98,3 @@ def splat(depth, places, footprint, patch):
                         found = z + s * az + t * bz
                         if found < patch[row, column]:
                             patch[row, column] = found
-    for row in range(height):
-        for column in range(width):
-            if patch[row, column] == np.inf:
-                patch[row, column] = _NONE
