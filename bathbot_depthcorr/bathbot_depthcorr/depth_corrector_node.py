@@ -127,9 +127,11 @@ class DepthCorrector(StageNode):
             self._tell()
 
     def _meet_factory(self, extrinsics: Extrinsics) -> None:
+        if self._stored is not None:  # the calibration has a better one
+            return
         self._factory = extrinsics
         self._publish_transform()
-        if self._registered is not None and self._stored is None:
+        if self._registered is not None:
             try:
                 self._registered.view.meet_transform(transform_from_extrinsics(extrinsics))
             except BathbotError as error:

@@ -9,8 +9,10 @@ from bathbot_depthcorr.messages import (
     transform_from_extrinsics,
 )
 from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.stage_node import LATCHED
 from corrector_bench import CAMERA, FRAME, TRANSFORM, Bench, flat, made_correction
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from realsense2_camera_msgs.msg import Extrinsics
 
 from bathbot_depthcorr import stage_node
 
@@ -56,6 +58,19 @@ def test_corrected_depth_transform_and_info_arrive(bench, calibration):
     np.testing.assert_allclose(transform_from_extrinsics(node.transforms[-1]), TRANSFORM, atol=1e-7)
     assert pinhole_from_info(node.infos[-1]) == CAMERA
     assert node.infos[-1].header.stamp in [one.header.stamp for one in node.images]
+
+
+def test_the_fitted_transform_is_sent_once_and_kept_for_late_listeners(bench, calibration):
+    node = bench(calibration=calibration[1])
+    wrong = TRANSFORM.copy()
+    wrong[0, 3] += 0.01
+    node.factory.publish(extrinsics_from_transform(wrong))
+    assert node.until(lambda: len(node.images) > 10, flat())
+    assert len(node.transforms) == 1
+    late = []
+    node.camera.create_subscription(Extrinsics, "depth/corrected/depth_to_color", late.append, LATCHED)
+    assert node.until(lambda: bool(late))
+    np.testing.assert_allclose(transform_from_extrinsics(late[0]), TRANSFORM, atol=1e-7)
 
 
 def test_another_lens_is_refused_and_nothing_is_published(bench, calibration):
