@@ -1,7 +1,6 @@
 """`bathbot bench depth`: is the live correction fast enough for the camera, and at what cost?"""
 
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from bathbot_bringup.bench_apply import ApplyTime, time_apply
 from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_frames
 from bathbot_bringup.bench_stream import StreamResult, watch_stream
 from bathbot_bringup.errors import InputError
+from bathbot_bringup.log_folder import log_folder
 from bathbot_bringup.result_file import write_json
 
 
@@ -47,17 +47,15 @@ def bench_depth(bench: DepthBench, json_file: Path | None) -> None:
         bench: What to measure.
         json_file: Where to write the numbers; None writes none.
     """
-    console = Console(highlight=False)
+    console, here = Console(highlight=False), machine()
     size, rate, seconds = bench.size, bench.rate, bench.seconds
     camera = bench_camera(*size)
     applied = time_apply(bench_correction(camera), bench_frames(camera, 1)[0])
-    with Progress(console=console, transient=True) as bar, tempfile.TemporaryDirectory() as folder:
+    with Progress(console=console, transient=True) as bar, log_folder("bench") as folder:
         task = bar.add_task(f"depth_corrector at {rate:g} Hz", total=1.0)
-        stream = watch_stream(
-            size, rate, seconds, Path(folder), lambda share: bar.update(task, completed=share)
-        )
+        stream = watch_stream(size, rate, seconds, folder, lambda share: bar.update(task, completed=share))
     numbers = _numbers(applied, stream) | {
-        "size": f"{size[0]}x{size[1]}", "rate_hz": rate, "seconds": seconds, "machine": machine(),
+        "size": f"{size[0]}x{size[1]}", "rate_hz": rate, "seconds": seconds, "machine": here,
     }  # fmt: skip
     _print(console, numbers)
     if json_file:
@@ -65,7 +63,7 @@ def bench_depth(bench: DepthBench, json_file: Path | None) -> None:
 
 
 def machine() -> dict[str, Any]:
-    """Cores, processor and load of this machine: without them a time says little."""
+    """Cores, processor and present load of this machine: without them a time says little."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
