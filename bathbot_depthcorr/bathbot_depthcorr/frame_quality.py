@@ -107,7 +107,8 @@ def judge_frame(
     fill, nan = fill_rate(depth[::2, ::2]), float("nan")
     sigma = float(np.nanmedian(correction.sigma(depth)[::4, ::4])) if fill >= LEAST_FILL else nan
     sample = centre.sample(depth)
-    noise = temporal_noise(sample, before) if before is not None else nan
+    comparable = before is not None and before.shape == sample.shape  # not after a change of size
+    noise = temporal_noise(sample, before) if comparable else nan
     points = centre.points(sample)
     points = points[np.isfinite(points).all(axis=-1)]
     try:
