@@ -32,6 +32,12 @@ class SplineGrid:
         along_u, along_v = self.basis(u, v)
         return np.kron(along_v, along_u)
 
+    def scattered(self, pixels: ArrayLike) -> Array:
+        """Design matrix, shape (N, count), at pixels (u, v), shape (N, 2), inside the image."""
+        pixels = np.asarray(pixels, dtype=float)
+        along_u, along_v = self.basis(pixels[:, 0], pixels[:, 1])
+        return (along_v[:, :, None] * along_u[:, None, :]).reshape(len(pixels), self.count)
+
     def evaluate(self, coefficients: ArrayLike, u: ArrayLike, v: ArrayLike) -> Array:
         """Surface, shape (len(v), len(u)), of coefficients, shape (count,), v slowest."""
         along_u, along_v = self.basis(u, v)
@@ -41,6 +47,11 @@ class SplineGrid:
         """Surface at every pixel, shape (height, width)."""
         return self.evaluate(coefficients, np.arange(self.width), np.arange(self.height))
 
+    def sparse_rows(self, coefficients: ArrayLike, step: int) -> NDArray[np.float32]:
+        """Surface at every column of rows 0, step, 2 step ... one row beyond the image."""
+        v = step * np.arange((self.height - 1) // step + 2)
+        return self.evaluate(coefficients, np.arange(self.width), v).astype(np.float32)
+
     def roughness(self) -> Array:
         """Quadratic form, shape (count, count): the sum of squared second differences of coefficients."""
         columns, rows = np.eye(self.columns), np.eye(self.rows)
@@ -49,7 +60,12 @@ class SplineGrid:
         return along_u.T @ along_u + along_v.T @ along_v
 
 
+def row_step(height: int) -> int:
+    """Rows between which a smooth map may be interpolated: a ninetieth of the image, at least 1."""
+    return max(1, height // 90)
+
+
 def _axis_basis(pixels: ArrayLike, size: int, count: int) -> Array:
     step = size / (count - 3)
     knots = -0.5 + step * np.arange(-3, count + 1)
-    return BSpline.design_matrix(np.asarray(pixels, dtype=float), knots, 3).toarray()
+    return BSpline.design_matrix(np.asarray(pixels, dtype=float), knots, 3, extrapolate=True).toarray()

@@ -19,6 +19,7 @@ from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import rotation_angle
+from bathbot_depthcorr.two_imager import TwoImager
 from bathbot_depthcorr.two_stage import TwoStage
 
 __all__ = [
@@ -31,7 +32,9 @@ __all__ = [
     "load",
 ]
 
-MODELS: dict[str, type[Correction]] = {kind.model: kind for kind in (DisparitySpline, TwoStage, Identity)}
+MODELS: dict[str, type[Correction]] = {
+    kind.model: kind for kind in (DisparitySpline, TwoStage, TwoImager, Identity)
+}
 
 
 def load(path: Path | str) -> Correction:

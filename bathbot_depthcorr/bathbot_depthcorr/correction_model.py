@@ -119,7 +119,13 @@ class Correction(ABC):
     def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none.
 
-        Writes to `out`, float32 of the same shape, and gives it back; makes a new array by default.
+        Args:
+            depth: Of the camera.
+            out: Where to write, float32, contiguous, shape (H, W), other memory than `depth`; a new array
+                by default.
+
+        Returns:
+            `out`.
         """
 
     @abstractmethod
@@ -147,6 +153,21 @@ class Correction(ABC):
                 f"depth has shape {np.shape(depth)}, calibration is for {expected}; was the image resized?"
             )
         return np.ascontiguousarray(depth, dtype=np.float32)
+
+    def output(self, out: Depth | None) -> Depth:
+        """Give a place to write to: `out`, or a new array.
+
+        Raises:
+            DepthShapeError: If `out` has another shape, type or layout.
+        """
+        shape = (self.depth_camera.height, self.depth_camera.width)
+        if out is None:
+            return np.empty(shape, np.float32)
+        if out.shape != shape or out.dtype != np.float32 or not out.flags.c_contiguous:
+            raise DepthShapeError(
+                f"out is {out.dtype} of shape {out.shape}, needed is contiguous float32 of shape {shape}"
+            )
+        return out
 
     def save(self, path: Path | str) -> None:
         """Write the correction to an .npz file; an interrupted write leaves the old file.
@@ -190,8 +211,7 @@ class Identity(Correction):
 
     def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Give a copy of depth [m], shape (H, W)."""
-        depth = self.check_shape(depth)
-        out = np.empty_like(depth) if out is None else out
+        depth, out = self.check_shape(depth), self.output(out)
         np.copyto(out, depth)
         return out
 

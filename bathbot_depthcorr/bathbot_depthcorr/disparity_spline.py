@@ -11,28 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_depthcorr.bspline_surface import SplineGrid
+from bathbot_depthcorr.bspline_surface import SplineGrid, row_step
 from bathbot_depthcorr.correction_model import CameraUnit, Correction, Depth
 from bathbot_depthcorr.disparity_kernel import correct_disparity
-
-RIPPLE_ORDERS = (1, 2)
-_PER_METRE = np.float32(10_000.0)
-_FARTHEST = 6.0  # [m], end of the ripple's table
-_LARGEST_BEND = 0.5  # of the slope of d'(d): keeps the correction monotone
-
-
-def ripple_terms(disparity: ArrayLike) -> NDArray[np.float64]:
-    """Sines and cosines of the ripple, shape (..., 4), at disparities [px], shape (...)."""
-    phase = 2.0 * np.pi * np.asarray(disparity)
-    return np.stack([wave(order * phase) for order in RIPPLE_ORDERS for wave in (np.sin, np.cos)], axis=-1)
-
-
-def tame(ripple: ArrayLike) -> NDArray[np.float64]:
-    """Shrink ripple amplitudes [px], shape (4,), where they would make d'(d) fall."""
-    ripple = np.asarray(ripple, dtype=float)
-    orders = np.repeat(RIPPLE_ORDERS, 2)
-    bend = 2.0 * np.pi * float(np.sum(orders * np.abs(ripple)))
-    return ripple * min(1.0, _LARGEST_BEND / max(bend, 1e-12))
+from bathbot_depthcorr.ripple import tame
 
 
 class DisparitySpline(Correction):
@@ -63,16 +45,16 @@ class DisparitySpline(Correction):
         self.scale, self.offset = np.asarray(scale, dtype=float), np.asarray(offset, dtype=float)
         self.ripple, self.noise = tame(ripple), float(noise)
         self.variances = np.asarray(variances, dtype=np.float32)
-        focal_baseline = unit.focal_baseline
-        self._scale = (1.0 + self._surface(self.scale)).astype(np.float32)
-        self._offset = (self._surface(self.offset) / focal_baseline).astype(np.float32)
-        self._table = _ripple_table(self.ripple, focal_baseline)
+        self._step = row_step(unit.depth_camera.height)
+        self._scale = np.float32(1.0) + self._rows(self.scale)
+        self._offset = self._rows(self.offset)
 
     def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none."""
-        depth = self.check_shape(depth)
-        out = np.empty_like(depth) if out is None else out
-        correct_disparity(depth, self._scale, self._offset, self._table, _PER_METRE, out)
+        depth, out = self.check_shape(depth), self.output(out)
+        focal_baseline = np.float32(self.unit.focal_baseline)
+        ripple = self.ripple.astype(np.float32)
+        correct_disparity(depth, self._scale, self._offset, self._step, focal_baseline, ripple, out)
         return out
 
     def sigma(self, depth: Depth) -> Depth:
@@ -101,12 +83,7 @@ class DisparitySpline(Correction):
             raise ValueError(f"ripple of shape {values[2].shape} or a value that is not finite")
         return cls(unit, values[0], values[1], values[2], float(values[3]), values[4])
 
-    def _surface(self, coefficients: NDArray) -> NDArray:
+    def _rows(self, coefficients: NDArray) -> NDArray[np.float32]:
         rows, columns = coefficients.shape
         grid = SplineGrid(self.depth_camera.width, self.depth_camera.height, columns, rows)
-        return grid.full(coefficients)
-
-
-def _ripple_table(ripple: NDArray, focal_baseline: float) -> NDArray[np.float32]:
-    depth = np.maximum(np.arange(int(_FARTHEST * _PER_METRE) + 2) / float(_PER_METRE), 0.1)
-    return (ripple_terms(focal_baseline / depth) @ ripple / focal_baseline).astype(np.float32)
+        return grid.sparse_rows(coefficients, self._step)

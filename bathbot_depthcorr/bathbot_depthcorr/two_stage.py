@@ -57,8 +57,7 @@ class TwoStage(Correction):
 
     def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none."""
-        depth = self.check_shape(depth)
-        out = np.empty_like(depth) if out is None else out
+        depth, out = self.check_shape(depth), self.output(out)
         near, far = np.float32(self.span)
         correct_polynomial(depth, self._local, self.overall.astype(np.float32), near, far, out)
         return out

@@ -15,7 +15,6 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from bathbot_depthcorr.correction_model import CameraUnit
-from bathbot_depthcorr.disparity_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
 from bathbot_depthcorr.plane import fit_plane
 from bathbot_depthcorr.two_stage import TwoStage, make_monotone
 from bathbot_depthcorr.views import (
@@ -25,6 +24,7 @@ from bathbot_depthcorr.views import (
     nearest_first,
     wall_noise,
 )
+from bathbot_depthcorr.wall_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
 
 Array = NDArray[np.float64]
 

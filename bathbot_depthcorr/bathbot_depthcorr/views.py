@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,22 +40,6 @@ class CalibrationView:
     def tilt(self) -> float:
         """Angle between the wall's normal and the colour camera's axis [rad]."""
         return float(np.arccos(min(1.0, abs(self.plane.normal[2]))))
-
-
-class Blocks(NamedTuple):
-    """Means over square blocks of a disparity image; arrays of shape (rows, columns) [px].
-
-    Attributes:
-        u: Mean column of a block's valid pixels, NaN where a block has too few.
-        v: Mean row.
-        disparity: Mean disparity.
-        ripple: Means of the ripple's sines and cosines, shape (rows, columns, 4).
-    """
-
-    u: Array
-    v: Array
-    disparity: Array
-    ripple: Array
 
 
 def block_size(camera: Pinhole) -> int:
@@ -107,11 +90,11 @@ def wall_noise(correction: Correction, views: Sequence[CalibrationView]) -> floa
     A constant error of a whole view is taken out: it comes from the view's plane, not from the pixels.
     """
     unit, variances = correction.unit, []
+    sparse = (slice(None, None, 3), slice(None, None, 3))
+    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[sparse])
     for view in views:
-        left = unit.focal_baseline / correction.apply(view.depth) - unit.focal_baseline / true_depth(
-            view, unit
-        )
-        left = left[::3, ::3][np.isfinite(left[::3, ::3])]
+        left = unit.focal_baseline / correction.apply(view.depth)[sparse] - true_disparity(view, unit, rays)
+        left = left[np.isfinite(left)]
         frozen = 1.4826 * np.median(np.abs(left - np.median(left)))
         variances.append(
             frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from bathbot_depthcorr.bspline_surface import SplineGrid
 from bathbot_depthcorr.correction import (
     MODELS,
     CalibrationFileError,
@@ -9,9 +10,11 @@ from bathbot_depthcorr.correction import (
     load,
 )
 from bathbot_depthcorr.correction_model import DepthShapeError
-from bathbot_depthcorr.disparity_spline import DisparitySpline, ripple_terms, tame
+from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.ripple import ripple_terms, tame
+from bathbot_depthcorr.two_imager import TwoImager, tame_map
 from bathbot_depthcorr.two_stage import TwoStage, make_monotone
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -35,10 +38,24 @@ def two_stage(seed=0, strength=1.0):
     return TwoStage(UNIT, local, [0.0, 1.0 + 0.02 * strength, 0.01 * strength], (0.4, 1.8), 0.07)
 
 
-def made(name, seed=0):
-    return {"disparity_spline": spline, "two_stage": two_stage, "identity": lambda _: Identity(UNIT)}[name](
-        seed
+def two_imager(seed=0, strength=1.0):
+    rng = np.random.default_rng(seed)
+    maps = strength * rng.normal(0.0, 0.1, (2, 6, 8))
+    return TwoImager(
+        UNIT, 0.02 * strength, *maps, strength * rng.normal(0.0, 0.05, 4), 0.07, np.full((4, 5, 9), 1e-4)
     )
+
+
+MAKERS = {"disparity_spline": spline, "two_stage": two_stage, "two_imager": two_imager}
+
+
+def made(name, seed=0):
+    return MAKERS.get(name, lambda _: Identity(UNIT))(seed)
+
+
+def surface(coefficients, camera=CAMERA):
+    grid = SplineGrid(camera.width, camera.height, coefficients.shape[1], coefficients.shape[0])
+    return grid.full(coefficients)
 
 
 def frame(seed=0):
@@ -61,8 +78,8 @@ def test_no_depth_stays_no_depth_and_none_is_invented(name):
 def test_zero_and_negative_count_as_no_depth_in_the_fitted_models():
     depth = np.zeros((36, 64), np.float32)
     depth[0] = -1.0
-    assert np.isnan(spline().apply(depth)).all()
-    assert np.isnan(two_stage().apply(depth)).all()
+    for maker in MAKERS.values():
+        assert np.isnan(maker().apply(depth)).all()
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -81,7 +98,7 @@ def test_corrected_depth_rises_with_raw_depth(name, seed):
 def test_spline_is_the_written_formula(seed, z):
     correction = spline(seed)
     depth = np.full((36, 64), z, np.float32)
-    scale, offset = correction._surface(correction.scale), correction._surface(correction.offset)
+    scale, offset = surface(correction.scale), surface(correction.offset)
     disparity = UNIT.focal_baseline / depth.astype(float)
     expected = UNIT.focal_baseline / (
         disparity * (1 + scale) + offset + ripple_terms(disparity) @ correction.ripple
@@ -92,7 +109,7 @@ def test_spline_is_the_written_formula(seed, z):
 
 @settings(max_examples=30, deadline=None)
 @given(
-    kind=st.sampled_from(["disparity_spline", "two_stage"]),
+    kind=st.sampled_from(sorted(set(MODELS) - {"identity"})),
     seed=st.integers(0, 10_000),
     holes=st.floats(0.0, 1.0),
     none=st.sampled_from([0.0, np.nan, -1.0, -np.inf]),
@@ -105,7 +122,7 @@ def test_where_there_was_none_there_is_none(kind, seed, holes, none):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    kind=st.sampled_from(["disparity_spline", "two_stage"]),
+    kind=st.sampled_from(sorted(set(MODELS) - {"identity"})),
     seed=st.integers(0, 10_000),
     depths=st.lists(st.floats(0.125, 8.0, width=32), min_size=2, max_size=8),
 )
@@ -117,15 +134,49 @@ def test_farther_raw_depth_is_never_nearer_corrected(kind, seed, depths):
     assert (rise[np.isfinite(rise)] >= -2e-6 * np.nanmax(steps)).all()
 
 
-def test_an_array_to_write_to_is_filled_and_given_back(name):
-    out = np.empty((36, 64), np.float32)
-    assert made(name).apply(frame(), out) is out
-    assert_array_equal(out, made(name).apply(frame()))
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 999), z=st.floats(0.3, 3.0))
+def test_the_right_imager_is_read_where_the_match_was_found(seed, z):
+    correction = two_imager(seed)
+    disparity = UNIT.focal_baseline / z
+    matched = np.clip(np.arange(64) - disparity, 0, 62)
+    right = np.array([np.interp(matched, np.arange(64), row) for row in surface(correction.right)])
+    expected = UNIT.focal_baseline / (
+        disparity * (1 + correction.scale) + surface(correction.left) - right
+        + ripple_terms(disparity) @ correction.ripple
+    )  # fmt: skip
+    usable = (expected > 0.0) & (expected < 10.0)
+    corrected = correction.apply(np.full((36, 64), z, np.float32))
+    assert_allclose(corrected[usable], expected[usable], rtol=2e-4)
+
+
+def test_maps_kept_at_few_rows_are_those_of_every_pixel():
+    """The live correction interpolates between rows: at the camera's size that costs nothing."""
+    camera = Pinhole(1280, 720, 641.5, 641.5, 640.0, 360.0)
+    rng = np.random.default_rng(3)
+    correction = DisparitySpline(
+        CameraUnit(camera), rng.normal(0.0, 0.003, (4, 6)), rng.normal(0.0, 0.15, (11, 18)), np.zeros(4),
+        0.07, np.zeros((3, 4, 4)),
+    )  # fmt: skip
+    disparity = CameraUnit(camera).focal_baseline / 0.75
+    exact = disparity * (1.0 + surface(correction.scale, camera)) + surface(correction.offset, camera)
+    corrected = correction.apply(np.full((720, 1280), 0.75, np.float32))
+    assert np.abs(corrected - CameraUnit(camera).focal_baseline / exact).max() < 1e-5  # m
+
+
+def test_out_is_written_and_given_back(name):
+    correction, out = made(name), np.zeros((36, 64), np.float32)
+    assert correction.apply(frame(), out) is out
+    assert_array_equal(out, correction.apply(frame()))
+    for wrong in (np.zeros((36, 63), np.float32), np.zeros((36, 64)), np.zeros((64, 36), np.float32).T):
+        with pytest.raises(DepthShapeError, match="needed is contiguous float32"):
+            correction.apply(frame(), wrong)
 
 
 def test_zero_coefficients_are_exactly_the_identity():
     depth = frame()
     assert_array_equal(spline(strength=0.0).apply(depth), depth)
+    assert_array_equal(two_imager(strength=0.0).apply(depth), depth)
     assert_array_equal(Identity(UNIT).apply(depth), depth)
     assert_allclose(two_stage(strength=0.0).apply(depth), depth, rtol=1e-6)
 
@@ -167,6 +218,13 @@ def test_save_and_load_give_the_same_correction(name, tmp_path):
 def test_tame_keeps_small_ripples_and_shrinks_wild_ones():
     assert_array_equal(tame([0.03, 0.01, 0.0, 0.001]), [0.03, 0.01, 0.0, 0.001])
     assert np.abs(tame([1.0, 1.0, 1.0, 1.0])).max() < 0.05
+
+
+def test_tame_map_keeps_gentle_maps_and_flattens_steep_ones():
+    gentle = np.random.default_rng(0).normal(0.0, 0.1, (11, 18))
+    assert_array_equal(tame_map(gentle, 1280), gentle)
+    steep = tame_map(1000.0 * gentle, 1280)
+    assert np.abs(np.diff(surface(steep, Pinhole(1280, 720, 641.5, 641.5, 640.0, 360.0)), axis=1)).max() < 0.5
 
 
 @given(st.tuples(st.floats(-1, 1), st.floats(-3, 3), st.floats(-3, 3)))
@@ -230,7 +288,10 @@ class TestForeignFiles:
     @pytest.mark.parametrize(
         ("change", "words"),
         [
-            ({"model": "wizard"}, "model 'wizard', known are disparity_spline, two_stage, identity"),
+            (
+                {"model": "wizard"},
+                "model 'wizard', known are disparity_spline, two_stage, two_imager, identity",
+            ),
             ({"T_colour_depth": np.eye(3)}, "lacks or garbles"),
             ({"size": np.array([0, 0])}, "describe no camera"),
             ({"ripple": np.full(4, np.nan)}, "not finite"),

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
+from bathbot_depthcorr.two_imager_fit import fit_two_imager
 from bathbot_depthcorr.two_stage_fit import fit_two_stage
 from bathbot_depthcorr.views import true_depth
 from bathbot_depthcorr.wall_extraction import only_wall
 from depthcorr_wall import Sensor, blurred, wall, walls
 
-FITS = {"disparity_spline": fit_disparity_spline, "two_stage": fit_two_stage}
-LIMITS_MM = {"disparity_spline": 0.5, "two_stage": 1.111}  # ours; the paper's figure
+FITS = {"disparity_spline": fit_disparity_spline, "two_stage": fit_two_stage, "two_imager": fit_two_imager}
+LIMITS_MM = {"disparity_spline": 0.5, "two_imager": 0.5, "two_stage": 1.111}  # ours; the paper's figure
 TESTS = [wall(z, *tilt) for z, tilt in ((0.62, (0.1, -0.2)), (0.75, (-0.25, 0.1)), (0.88, (0.05, 0.25)))]
 
 

@@ -62,13 +62,19 @@ def board_corners() -> Array:
     return np.array([(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)])
 
 
-def board_views(camera: Pinhole, count: int, seed: int) -> list[Array]:
-    """Poses of the colour camera before the board: near and far, tilted, the board all over the picture.
+def board_views(
+    camera: Pinhole, count: int, seed: int, nearest: float = 0.45, farthest: float = 1.6
+) -> list[Array]:
+    """Poses of the colour camera before the board: near and far, the board all over the picture.
+
+    Three of four are tilted by 15 to 28 deg, the others less.
 
     Args:
         camera: The colour camera; every inner corner is inside its picture.
         count: Number of poses.
         seed: For the random numbers.
+        nearest: Distance of the board in the first pose [m].
+        farthest: In the last; between them they are even in inverse distance.
 
     Returns:
         T_board_camera of each pose, shape (4, 4).
@@ -78,9 +84,12 @@ def board_views(camera: Pinhole, count: int, seed: int) -> list[Array]:
     size = np.array([camera.width, camera.height])
     while len(views) < count:
         share = (len(views) + rng.uniform()) / count
-        distance = 1.0 / (1.0 / 0.45 + share * (1.0 / 1.6 - 1.0 / 0.45))
-        tilt = np.deg2rad(rng.uniform(-25.0, 25.0, 2))
-        turn = Rotation.from_euler("xyz", [*tilt, np.deg2rad(rng.uniform(-8.0, 8.0))]).as_matrix()
+        distance = 1.0 / (1.0 / nearest + share * (1.0 / farthest - 1.0 / nearest))
+        # Tilted views tell the focal length of the colour camera, which is the ruler of it all.
+        tilt = np.deg2rad(rng.uniform(15.0, 28.0) if len(views) % 4 else rng.uniform(0.0, 15.0))
+        towards = rng.uniform(0.0, 2.0 * np.pi)
+        angles = [tilt * np.cos(towards), tilt * np.sin(towards), np.deg2rad(rng.uniform(-8.0, 8.0))]
+        turn = Rotation.from_euler("xyz", angles).as_matrix()
         target = size * (
             0.5 + rng.uniform(-0.42, 0.42, 2)
         )  # [px] where the middle of the board shall be seen

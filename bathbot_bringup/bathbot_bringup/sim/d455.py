@@ -73,7 +73,7 @@ class D455:
         celsius: float = 30.0,
         air: Air = Air(),
     ) -> NDArray[np.uint16]:
-        """One depth frame.
+        """One depth frame as the topic carries it.
 
         Args:
             depth: True distance along the axis of the depth camera [m], NaN where nothing, shape (H, W).
@@ -85,33 +85,60 @@ class D455:
         Returns:
             Distance [mm], 0 where the unit sees none, shape (H, W).
         """
+        metres = self.sense(depth, rng, pose=pose, celsius=celsius, steam=air.steam)
+        millimetres = np.nan_to_num(metres * np.float32(1000.0)) + np.float32(0.5)
+        measured = np.where(millimetres < 65535.0, millimetres, 0.0).astype(np.uint16)
+        if air != Air():
+            _wet(measured, rng, air, self._seed)
+        return measured
+
+    def sense(
+        self,
+        depth: NDArray[np.float32],
+        rng: np.random.Generator,
+        *,
+        pose: int = 0,
+        celsius: float = 30.0,
+        steam: float = 0.0,
+    ) -> NDArray[np.float32]:
+        """The distances behind a frame, rounded to the preset's unit only.
+
+        Args:
+            depth: True distance along the axis of the depth camera [m], NaN where nothing, shape (H, W).
+            rng: Of this frame.
+            pose: Number of the still scene; the frozen noise changes with it.
+            celsius: Temperature of the unit.
+            steam: In the air, 0 none to 1 dense.
+
+        Returns:
+            Distance [m], NaN where the unit sees none, shape (H, W).
+        """
         preset = self._preset
         with np.errstate(divide="ignore"):
             disparity = self._constant / ((1.0 + np.float32(preset.scale)) * depth.astype(np.float32))
         if preset.artefacts:
             disparity = self._edges(disparity, rng)
-        noise = self._noise(disparity.shape, rng, pose, air)
+        noise = self._noise(disparity.shape, rng, pose, steam)
         warmth = OFFSET_PER_CELSIUS * (celsius - REFERENCE_CELSIUS) * preset.factory
-        measured = np.empty(disparity.shape, dtype=np.uint16)
-        _measure(
+        metres = np.empty(disparity.shape, dtype=np.float32)
+        _sense(
             disparity,
             self._left,
             self._right,
             noise,
             np.float32(self._ratio * (preset.offset + warmth)),
+            np.float32(preset.follow),
             np.float32(preset.ripple),
             np.float32(preset.subpixels),
             self._constant,
-            np.float32(1e-3 / preset.unit),
+            np.float32(preset.unit),
             preset.artefacts,
-            measured,
+            metres,
         )
-        if air != Air():
-            _wet(measured, rng, air, self._seed)
-        return measured
+        return metres
 
     def _noise(
-        self, shape: tuple[int, int], rng: np.random.Generator, pose: int, air: Air
+        self, shape: tuple[int, int], rng: np.random.Generator, pose: int, steam: float
     ) -> NDArray[np.float32]:
         """Frozen and temporal noise of the disparity [px]."""
         preset = self._preset
@@ -121,7 +148,7 @@ class D455:
             self._frozen[pose] = np.float32(preset.frozen) * field
         if preset.temporal == 0.0:
             return self._frozen[pose]
-        strength = np.float32(preset.temporal * (1.0 + 2.0 * air.steam))
+        strength = np.float32(preset.temporal * (1.0 + 2.0 * steam))
         return self._frozen[pose] + strength * soft_noise(rng, shape, TEMPORAL_WIDTH)
 
     @staticmethod
@@ -138,14 +165,16 @@ class D455:
 
 
 @numba.njit(cache=True, nogil=True)
-def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant, per_mm, artefacts, out):
+def _sense(
+    disparity, left, right, noise, offset, follow, ripple, subpixels, constant, unit, artefacts, out
+):  # fmt: skip
     height, width = disparity.shape
     for v in range(height):
         taken = np.float32(1e9)  # leftmost pixel of the right imager that anything to the right maps to
         for k in range(width):
             u = width - 1 - k
             d = disparity[v, u]
-            out[v, u] = 0
+            out[v, u] = np.nan
             if not (d > 0.0) or d > 1e6:
                 continue
             match = u - d
@@ -153,7 +182,7 @@ def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant,
             taken = min(taken, match)
             if artefacts and (match < 0.0 or hidden or d > SEARCH):
                 continue
-            at = min(max(match, np.float32(0.0)), np.float32(width - 1.001))
+            at = min(max(u - follow * d, np.float32(0.0)), np.float32(width - 1.001))
             cell = int(at)
             share = at - cell
             d += left[v, u] - ((1.0 - share) * right[v, cell] + share * right[v, cell + 1]) + offset
@@ -161,9 +190,8 @@ def _measure(disparity, left, right, noise, offset, ripple, subpixels, constant,
             if subpixels > 0.0:
                 d = np.round(subpixels * d) / subpixels
             if d > 0.5:
-                mm = np.round(per_mm * 1000.0 * constant / d) / per_mm
-                if mm < 65535.0:
-                    out[v, u] = np.uint16(mm + 0.5)
+                metres = constant / d
+                out[v, u] = unit * np.round(metres / unit) if unit > 0.0 else metres
 
 
 def _wet(measured: NDArray[np.uint16], rng: np.random.Generator, air: Air, seed: int) -> None:

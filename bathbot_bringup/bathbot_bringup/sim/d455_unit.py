@@ -36,12 +36,14 @@ class Preset:
         tilt: Of each imager's residual rectification, rms [px at the image's edge].
         radial: Of the same, range of the cubic term [px at the corner].
         smooth: Of the same, rms of the smooth random field [px].
+        follow: How far the second imager's field follows the disparity: 1 as physics has it; 0 and 1/2 are
+            sensors of another structure, on which a correction can show that it does not rely on this one.
         ripple: Amplitude of the sub-pixel error [px of the stream].
         frozen: Noise that stays as long as the scene does, rms [px of the stream].
         temporal: Noise from frame to frame, rms [px of the stream].
         artefacts: Whether edges fly, the near side is blind and foregrounds cast shadows.
         factory: Error of the published intrinsics and extrinsics, 1 as on a usual unit.
-        unit: Step of the published depth [m].
+        unit: Step of the depth [m]; 0 for none, though the topic carries whole millimetres.
         subpixels: Steps of disparity per pixel; 0 for none.
     """
 
@@ -50,6 +52,7 @@ class Preset:
     tilt: float = 0.1
     radial: float = 0.2
     smooth: float = 0.06
+    follow: float = 1.0
     ripple: float = 0.04
     frozen: float = 0.05
     temporal: float = 0.05

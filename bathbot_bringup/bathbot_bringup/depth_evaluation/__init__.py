@@ -1,0 +1,1 @@
+"""How good depth corrections are, measured on simulated cameras whose truth is known."""
