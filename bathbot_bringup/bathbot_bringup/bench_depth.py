@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.fitting import DEFAULT_MODEL
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
 from bathbot_bringup.bench_apply import ApplyTime, time_apply
-from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_frames
+from bathbot_bringup.bench_scene import bench_camera, bench_corrections, bench_frames
 from bathbot_bringup.bench_stream import StreamResult, watch_stream
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.log_folder import log_folder
@@ -50,7 +51,8 @@ def bench_depth(bench: DepthBench, json_file: Path | None) -> None:
     console, here = Console(highlight=False), machine()
     size, rate, seconds = bench.size, bench.rate, bench.seconds
     camera = bench_camera(*size)
-    applied = time_apply(bench_correction(camera), bench_frames(camera, 1)[0])
+    frame = bench_frames(camera, 1)[0]
+    applied = {name: time_apply(one, frame) for name, one in bench_corrections(camera).items()}
     with Progress(console=console, transient=True) as bar, log_folder("bench") as folder:
         task = bar.add_task(f"depth_corrector at {rate:g} Hz", total=1.0)
         stream = watch_stream(size, rate, seconds, folder, lambda share: bar.update(task, completed=share))
@@ -72,9 +74,11 @@ def machine() -> dict[str, Any]:
     return {"cores": os.cpu_count(), "cpu": models[0] if models else "unknown", "load": os.getloadavg()[0]}
 
 
-def _numbers(applied: ApplyTime, stream: StreamResult) -> dict[str, Any]:
+def _numbers(applied: dict[str, ApplyTime], stream: StreamResult) -> dict[str, Any]:
     latency = np.percentile(stream.latencies_ms, (50, 99)) if stream.got else (float("nan"),) * 2
-    return applied._asdict() | {
+    models = {name: times._asdict() for name, times in applied.items()}
+    return models[DEFAULT_MODEL] | {
+        "model": DEFAULT_MODEL, "models": models,
         "node_dropped": stream.dropped, "node_counted": stream.counted, "node_cpu": stream.cpu,
         "frames_sent": stream.sent, "frames_got": stream.got,
         "latency_ms_p50": latency[0], "latency_ms_p99": latency[1],
@@ -88,8 +92,10 @@ def _print(console: Console, numbers: dict[str, Any]) -> None:
         "what", "measured", "at most", title=f"depth correction, {stream}",
         caption=f"{here['cores']} cores, {here['cpu']}, load {here['load']:.1f}",
     )  # fmt: skip
-    applied = f"{numbers['apply_over_copy']:.2f}  ({numbers['apply_ms']:.2f} / {numbers['copy_ms']:.2f} ms)"
-    table.add_row("apply over a copy of the frame", applied, "3")
+    for name, times in numbers["models"].items():
+        applied = f"{times['apply_over_copy']:.2f}  ({times['apply_ms']:.2f} / {times['copy_ms']:.2f} ms)"
+        bound = "3" if name == numbers["model"] else ""
+        table.add_row(f"{name} over a copy of the frame", applied, bound)
     table.add_row("frames dropped by the node", f"{numbers['node_dropped']} of {numbers['frames_sent']}", "0")
     table.add_row("the node's share of one core", f"{numbers['node_cpu']:.1%}", "40 %")
     latency = f"{numbers['latency_ms_p50']:.1f} / {numbers['latency_ms_p99']:.1f} ms"

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from bathbot_bringup.arguments import image_size
 from bathbot_bringup.bench_apply import time_apply
-from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_frames
+from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_corrections, bench_frames
 from bathbot_bringup.bench_stream import arrived, cpu_seconds
 from bathbot_bringup.cli import run
 from bathbot_bringup.errors import InputError
+from bathbot_depthcorr.correction import MODELS
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
@@ -38,14 +39,13 @@ def test_lost_frames_by_hand():
     assert arrived(stamps, 10.05, 2, 10.0) == [10.1]
 
 
-def test_the_bench_exercises_the_whole_model():
+@pytest.mark.parametrize("model", sorted(set(MODELS) - {"identity"}))
+def test_the_bench_exercises_every_model_where_there_is_depth(model):
     camera = bench_camera(160, 90)
-    correction, (one, two) = bench_correction(camera), bench_frames(camera, 2)
-    assert np.ptp(correction.scale) > 0.0
-    assert np.ptp(correction.offset) > 0.0
-    assert (correction.ripple != 0.0).all()
-    corrected = correction.apply(one)
+    one, two = bench_frames(camera, 2)
+    corrected = bench_corrections(camera)[model].apply(one)
     assert_array_equal(np.isnan(corrected), np.isnan(one))
+    assert 1e-4 < np.nanstd(corrected - one) < 0.1
     assert 0.05 < np.isnan(one).mean() < 0.2
     assert not np.array_equal(one, two, equal_nan=True)
     assert_array_equal(one, bench_frames(camera, 1)[0])
