@@ -111,10 +111,11 @@ class Registration:
         window = np.ascontiguousarray(depth[self.rows, self.columns], dtype=np.float32)
         places = np.empty((3, *window.shape), np.float32)
         project_window(window, self._rays, self._origin, self._lens, self._span, places)
-        patch = np.full((self.camera.height, self.camera.width), np.inf, np.float32)
+        patch = np.zeros((self.camera.height, self.camera.width), np.float32)
         splat(window, places, self._footprint, patch)
-        patch[np.isinf(patch)] = np.nan
-        return patch
+        return np.where(
+            patch > 0.0, np.float32(1.0) / np.maximum(patch, np.float32(1e-6)), np.float32(np.nan)
+        )
 
     def _window(self, depth_camera: Pinhole, T_depth_colour: NDArray[np.float64]) -> tuple[slice, slice]:
         """Rows and columns of the depth image that the region's border spans over the range of depths."""

@@ -44,11 +44,14 @@ def test_a_plane_comes_back_as_that_plane_without_a_hole(distance, tilts, corner
         @ T_COLOUR_DEPTH[:3, :3]
     )
     seen = ((inside > margin) & (inside < np.array([DEPTH.width, DEPTH.height]) - margin)).all(axis=-1)
-    seen &= truth < 10.0
+    rays = registration.camera.directions(registration.camera.pixel_grid())
+    slanted = np.abs(rays @ plane.normal) < 0.25 * np.linalg.norm(rays, axis=-1)  # seen at 75 degrees or more
+    seen &= ~slanted & (truth < 10.0)
     patch = registration.apply(depth)
     assert patch.shape == (90, 100)
     assert np.isfinite(patch[seen]).all()
-    assert_allclose(patch[np.isfinite(patch)], truth[np.isfinite(patch)], atol=0.5e-3)
+    found = np.isfinite(patch) & ~slanted
+    assert_allclose(patch[found], truth[found], atol=0.5e-3)
 
 
 def test_the_same_camera_at_the_same_place_gives_the_same_patch():
