@@ -16,6 +16,7 @@ from bathbot_depthcorr.errors import BathbotError
 
 from bathbot_bringup import (
     bathe_command,
+    bench_command,
     calibrate_command,
     demo_command,
     detect_command,
@@ -46,6 +47,7 @@ app.command("replay")(replay_command.replay)
 app.command("record")(record_command.record)
 app.add_typer(calibrate_command.app, name="calibrate")
 app.add_typer(evaluate_command.app, name="evaluate")
+app.add_typer(bench_command.app, name="bench")
 app.add_typer(train_command.app, name="train")
 app.add_typer(simulate_command.app, name="simulate")
 app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 COMMANDS = (
     "demo", "bathe", "detect", "replay", "record", "calibrate depth", "calibrate hand-eye", "evaluate demo",
     "evaluate detector", "evaluate localization", "node", "sim-arm", "simulate board", "simulate marker",
-    "train detector",
+    "train detector", "bench depth",
 )  # fmt: skip
 
 
@@ -57,6 +57,10 @@ def test_every_command_explains_itself(capsys):
     pytest.param("calibrate depth nowhere --out x.npz --board 11", "got '11'", id="board"),
     pytest.param("calibrate hand-eye nowhere --out x.yaml", "nowhere", id="hand-eye bag"),
     pytest.param("evaluate detector nowhere", "nowhere", id="data set"),
+    pytest.param("bench depth --size big", "a size is written as width x height", id="bench size"),
+    pytest.param("bench depth --rate nan", "rate must lie in 1..120 Hz, got nan", id="bench rate"),
+    pytest.param("bench depth --seconds 0", "seconds must lie in 1..3600, got 0.0", id="bench seconds"),
+    pytest.param("bench depth --rate many", "got 'many'; see bathbot bench depth --help", id="bench letters"),
     pytest.param("evaluate demo --seeds 5-1", "the range 5-1", id="seeds"),
     pytest.param("simulate board --out x --preset best", "no D455 preset 'best'", id="simulated preset"),
     pytest.param("simulate marker --out x --poses 0", "got '0'", id="simulated poses"),

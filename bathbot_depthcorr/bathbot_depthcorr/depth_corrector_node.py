@@ -4,27 +4,38 @@ import time
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.qos import qos_profile_sensor_data
+from numpy.typing import NDArray
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from bathbot_depthcorr.camera_health import camera_health
 from bathbot_depthcorr.correction import load
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.live_correction import Level, LiveCorrection
+from bathbot_depthcorr.frame_quality import quality_values
+from bathbot_depthcorr.live_correction import Level, LiveCorrection, Verdict
 from bathbot_depthcorr.messages import (
+    DepthImage,
     depth_from_image,
     extrinsics_from_transform,
-    image_from_depth,
+    header_of,
     image_mm_from_depth,
     pinhole_from_info,
+    transform_from_extrinsics,
 )
 from bathbot_depthcorr.newest_worker import NewestWorker
+from bathbot_depthcorr.registered_output_node import RegisteredOutput
+from bathbot_depthcorr.registration import Region
+from bathbot_depthcorr.serialized_image import read_image
 from bathbot_depthcorr.settings import Settings
 from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 
 _LEVELS = {Level.OK: OK, Level.WARN: WARN, Level.ERROR: ERROR}
 CAMERA = "camera/camera"
+WAITING, PATIENCE = 8, 0.25  # frames, and [s], that may wait while the machine is busy elsewhere
+BEST_EFFORT = QoSProfile(depth=WAITING, reliability=ReliabilityPolicy.BEST_EFFORT)
+JUDGE_EVERY, SILENCE = 1.0, 3.0  # [s] between two close looks, without frames
 
 
 class DepthCorrector(StageNode):
@@ -40,8 +51,8 @@ class DepthCorrector(StageNode):
         if self._stored is not None:
             camera = self._stored.depth_camera
             self._stored.apply(np.full((camera.height, camera.width), np.nan, np.float32))
-        self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", 5)
-        self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", 5)
+        self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", WAITING)
+        self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", WAITING)
         self._transform = self.create_lifecycle_publisher(
             Extrinsics, "depth/corrected/depth_to_color", LATCHED
         )
@@ -56,13 +67,17 @@ class DepthCorrector(StageNode):
         self._live = LiveCorrection(self._settings, self._stored)
         self._info: CameraInfo | None = None
         self._factory: Extrinsics | None = None
+        self._told: Verdict | None = None
+        self._raw: NDArray[np.float32] | None = None
+        self._out: DepthImage | None = None
+        self._judged, self._seen, self._fps = 0.0, 0.0, 0.0
         self._last = (time.monotonic(), 0)
-        self._fps = 0.0
-        self._worker = NewestWorker(self._correct, self._fail)
+        self._registered = self._open_region()
+        self._worker = NewestWorker(self._correct, self._fail, WAITING, PATIENCE)
         self._subscriptions_ours = [
             self.create_subscription(CameraInfo, f"{CAMERA}/depth/camera_info", self._meet_camera, 5),
-            self.create_subscription(
-                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, qos_profile_sensor_data
+            self.create_subscription(  # raw: the pixels are read in place
+                Image, f"{CAMERA}/depth/image_rect_raw", self._worker.put, BEST_EFFORT, raw=True
             ),
             self.create_subscription(
                 Extrinsics, f"{CAMERA}/extrinsics/depth_to_color", self._meet_factory, LATCHED
@@ -78,6 +93,8 @@ class DepthCorrector(StageNode):
         self.destroy_timer(self._clock_timer)
         for subscription in self._subscriptions_ours:
             self.destroy_subscription(subscription)
+        if self._registered is not None:
+            self._registered.close()
 
     def teardown(self) -> None:
         """Let go of the publishers."""
@@ -85,20 +102,40 @@ class DepthCorrector(StageNode):
             if publisher is not None:
                 self.destroy_publisher(publisher)
 
+    def _open_region(self) -> RegisteredOutput | None:
+        """Offer the registered region, if one is wanted."""
+        region = Region(*self._settings.registered_roi)
+        if not region.width:
+            return None
+        topic, farthest = f"{CAMERA}/color/camera_info", self._settings.max_depth
+        output = RegisteredOutput(self, topic, region, farthest, self._fail)
+        if self._stored is not None:
+            output.view.meet_transform(self._stored.T_colour_depth)
+        return output
+
     def _meet_camera(self, info: CameraInfo) -> None:
         try:
-            changed = self._live.meet_camera(pinhole_from_info(info))
+            camera = pinhole_from_info(info)
         except BathbotError as error:
             self._fail(error)
             return
         self._info = info
-        if changed:
+        if self._registered is not None:
+            self._registered.view.meet_depth_camera(camera)
+        if self._live.meet_camera(camera):
             self._publish_transform()
-        self._tell()
+            self._tell()
 
     def _meet_factory(self, extrinsics: Extrinsics) -> None:
+        if self._stored is not None:  # the calibration has a better one
+            return
         self._factory = extrinsics
         self._publish_transform()
+        if self._registered is not None:
+            try:
+                self._registered.view.meet_transform(transform_from_extrinsics(extrinsics))
+            except BathbotError as error:
+                self._fail(error)
 
     def _meet_health(self, diagnostics: DiagnosticArray) -> None:
         if self._live.meet_health(camera_health(diagnostics, self._live.health)):
@@ -113,18 +150,33 @@ class DepthCorrector(StageNode):
         elif self._factory is not None:
             self._transform.publish(self._factory)
 
-    def _correct(self, image: Image) -> None:
-        """Correct one frame; runs in the worker's thread."""
-        corrected = self._live.process(depth_from_image(image))
+    def _correct(self, message: bytes) -> None:
+        """Correct one frame, in memory that the frame before used; runs in the worker's thread."""
+        image = read_image(message)
+        self._raw = depth_from_image(image, self._raw)
+        if self._out is None or self._out.depth.shape != self._raw.shape:
+            self._out = DepthImage(*self._raw.shape)
+        corrected = self._live.process(self._raw, self._out.depth)
         if corrected is not None:
-            self._depth.publish(image_from_depth(corrected, image.header))
-            if self._depth_mm is not None:
-                self._depth_mm.publish(image_mm_from_depth(corrected, image.header))
-            self._info.header = image.header
-            self._depth_info.publish(self._info)
-        self._tell()
+            self._publish(corrected, header_of(image))
+            self._seen = time.monotonic()
+            if self._seen - self._judged > JUDGE_EVERY:
+                self._judged = self._seen
+                self._live.judge(corrected)
+        if self._verdict() != self._told:
+            self._tell()
+
+    def _publish(self, corrected: NDArray[np.float32], header: Header) -> None:
+        self._out.message.header = self._info.header = header
+        self._depth.publish(self._out.message)
+        self._depth_info.publish(self._info)
+        if self._depth_mm is not None:
+            self._depth_mm.publish(image_mm_from_depth(corrected, header))
+        if self._registered is not None:
+            self._registered.publish(corrected, header.stamp)
 
     def _fail(self, error: Exception) -> None:
+        self._told = None
         self.get_logger().error(str(error), throttle_duration_sec=5.0)
         self.report(ERROR, str(error))
 
@@ -132,14 +184,28 @@ class DepthCorrector(StageNode):
         now, done = time.monotonic(), self._worker.done
         self._fps = (done - self._last[1]) / (now - self._last[0])
         self._last = (now, done)
+        if now - self._seen > SILENCE:
+            self._live.lose_sight()
+        if self._told is not None:  # otherwise an error is on show until the next good frame
+            self._tell()
+
+    def _verdict(self) -> Verdict:
+        verdict = self._live.verdict()
+        if (
+            verdict.level is not Level.ERROR
+            and self._registered is not None
+            and self._registered.view.trouble
+        ):
+            return Verdict(Level.ERROR, f"registered_roi: {self._registered.view.trouble}")
+        return verdict
 
     def _tell(self) -> None:
-        verdict, health = self._live.verdict(), self._live.health
+        self._told, health = self._verdict(), self._live.health
         self.report(
-            _LEVELS[verdict.level], verdict.message,
+            _LEVELS[self._told.level], self._told.message,
             model=self._stored.model if self._stored else "none", serial=health.serial or "unknown",
-            fill=f"{self._live.fill:.3f}", sigma_mm=f"{1e3 * self._live.sigma:.2f}", fps=f"{self._fps:.1f}",
-            dropped=self._worker.dropped, temperature=f"{health.temperature:.1f}",
+            fps=f"{self._fps:.1f}", dropped=self._worker.dropped, temperature=f"{health.temperature:.1f}",
+            **quality_values(self._live.quality, self._settings.wall_distance),
         )  # fmt: skip
 
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from bathbot_depthcorr.errors import DepthcorrError
 from bathbot_depthcorr.pinhole import Pinhole
 
-_METRES_FROM_MM = (np.arange(65536) * 0.001).astype(np.float32)
-_METRES_FROM_MM[0] = np.nan
+_MM_PER_METRE = np.float32(1000.0)
 
 RECTIFIED_MODELS = ("", "plumb_bob", "rational_polynomial", "brown_conrady", "inverse_brown_conrady")
 
@@ -41,19 +40,32 @@ def _rows(image: Any, dtype: np.dtype, channels: int) -> NDArray:
     return np.ascontiguousarray(rows).view(order).reshape(height, width, channels)
 
 
-def depth_from_image(image: Any) -> NDArray[np.float32]:
+def depth_from_image(image: Any, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
     """Depth [m], shape (H, W), NaN = none, of a 16UC1 (millimetres, 0 = none) or 32FC1 (metres) image.
+
+    Args:
+        image: The message.
+        out: Where to write, if it has the image's size; a new array otherwise.
 
     Raises:
         MessageError: If the encoding is no depth encoding or the size does not fit the data.
     """
     if image.encoding in ("16UC1", "mono16"):
-        return np.take(_METRES_FROM_MM, _rows(image, np.dtype(np.uint16), 1)[..., 0])
+        mm = _rows(image, np.dtype(np.uint16), 1)[..., 0]
+        depth = np.divide(mm, _MM_PER_METRE, out=_fitting(out, mm.shape), dtype=np.float32)
+        np.copyto(depth, np.nan, where=mm == 0)
+        return depth
     if image.encoding == "32FC1":
-        depth = _rows(image, np.dtype(np.float32), 1)[..., 0].astype(np.float32)
-        depth[~((depth > 0.0) & (depth < np.inf))] = np.nan
+        metres = _rows(image, np.dtype(np.float32), 1)[..., 0]
+        depth = _fitting(out, metres.shape)
+        np.copyto(depth, metres)
+        np.copyto(depth, np.nan, where=~((depth > 0.0) & (depth < np.inf)))
         return depth
     raise MessageError(f"depth image has encoding {image.encoding!r}, expected 16UC1 or 32FC1; wrong topic?")
+
+
+def _fitting(out: NDArray[np.float32] | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    return out if out is not None and out.shape == shape else np.empty(shape, np.float32)
 
 
 def colour_from_image(image: Any) -> NDArray[np.uint8]:

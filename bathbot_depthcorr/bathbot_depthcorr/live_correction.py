@@ -8,14 +8,11 @@ from numpy.typing import NDArray
 
 from bathbot_depthcorr.camera_health import CameraHealth
 from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity, OtherCameraError
+from bathbot_depthcorr.frame_quality import LEAST_FILL, Centre, FrameQuality, judge_frame
 from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.quality import fill_rate
 from bathbot_depthcorr.settings import Settings
 
 Depth = NDArray[np.float32]
-
-LEAST_FILL = 0.01  # below this share of pixels a frame counts as empty
-_SIGMA_EVERY = 15  # frames between two looks at the uncertainty
 
 
 class Level(Enum):
@@ -48,8 +45,8 @@ class LiveCorrection:
         self._refusal = "waiting for the depth camera's camera_info"
         self._health = CameraHealth(settings.serial)
         self._camera: Pinhole | None = None
-        self._since_sigma = 0
-        self.fill, self.sigma = 0.0, float("nan")
+        self._samples: tuple[Depth | None, Depth | None] = (None, None)
+        self.quality: FrameQuality | None = None
 
     @property
     def active(self) -> Correction | None:
@@ -60,7 +57,8 @@ class LiveCorrection:
         """Take note of the camera's intrinsics; tell whether the correction in use changed."""
         if camera == self._camera:
             return False
-        self._camera = camera
+        self._camera, self._centre = camera, Centre(camera)
+        self._samples = (None, None)
         return self._decide()
 
     def meet_health(self, health: CameraHealth) -> bool:
@@ -74,30 +72,42 @@ class LiveCorrection:
         """Serial number and temperature, as far as known."""
         return self._health
 
-    def process(self, depth: Depth) -> Depth | None:
+    def process(self, depth: Depth, out: Depth | None = None) -> Depth | None:
         """Correct a frame [m], shape (H, W); None while the camera is refused.
+
+        Writes to `out`, float32 of the same shape; to a new array by default.
 
         Raises:
             DepthShapeError: If the frame has another size than camera_info says.
         """
         if self._active is None:
             return None
-        corrected = self._active.apply(depth)
-        corrected[corrected > self._settings.max_depth] = np.nan
-        self.fill = fill_rate(corrected)
-        if self._since_sigma % _SIGMA_EVERY == 0 and self.fill >= LEAST_FILL:
-            self.sigma = float(np.nanmedian(self._active.sigma(corrected)[::4, ::4]))
-        self._since_sigma += 1
+        corrected = self._active.apply(depth, out)
+        np.copyto(corrected, np.nan, where=corrected > self._settings.max_depth)
+        self._samples = (self._samples[1], self._centre.sample(corrected))
         return corrected
+
+    def judge(self, corrected: Depth) -> None:
+        """Look closely at the frame that `process` gave last; takes as long as correcting a few."""
+        if self._active is not None:
+            self.quality = judge_frame(
+                self._active, corrected, self._centre, self._samples[0], self._settings.wall_distance
+            )
+
+    def lose_sight(self) -> None:
+        """Take note that no frames come any more."""
+        self.quality, self._samples = None, (None, None)
 
     def verdict(self) -> Verdict:
         """How well it goes, in one line."""
         if self._active is None:
             return Verdict(Level.WARN if self._camera is None else Level.ERROR, self._refusal)
-        if self.fill < LEAST_FILL:
+        if self.quality is None:
+            return Verdict(Level.WARN, "waiting for depth images; is the camera streaming depth?")
+        if self.quality.fill < LEAST_FILL:
             return Verdict(
                 Level.ERROR,
-                f"no depth: {self.fill:.1%} of the pixels have any; is the lens covered or fogged?",
+                f"no depth: {self.quality.fill:.1%} of the pixels have any; is the lens covered or fogged?",
             )
         if self._stored is None:
             return Verdict(

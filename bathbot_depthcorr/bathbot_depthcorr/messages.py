@@ -1,7 +1,5 @@
 """Depth, colour, intrinsics and times to and from ROS messages; inside the program all is SI and NaN."""
 
-import array
-
 import numpy as np
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
@@ -18,24 +16,37 @@ from bathbot_depthcorr.image_decoding import (
     transform_from_extrinsics,
 )
 from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.serialized_image import SerializedImage
 
 __all__ = [
-    "MessageError", "colour_from_image", "depth_from_image", "extrinsics_from_transform", "image_from_colour",
-    "image_from_depth", "image_mm_from_depth", "info_from_pinhole", "pinhole_from_info", "stamp_from_seconds",
-    "stamp_seconds", "transform_from_extrinsics",
+    "DepthImage", "MessageError", "colour_from_image", "depth_from_image", "extrinsics_from_transform",
+    "header_of", "image_from_colour", "image_from_depth", "image_mm_from_depth", "info_from_pinhole",
+    "pinhole_from_info", "stamp_from_seconds", "stamp_seconds", "transform_from_extrinsics",
 ]  # fmt: skip
 
 
 def _image(pixels: NDArray, encoding: str, header: Header) -> Image:
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
-    data = array.array("B")
-    data.frombytes(memoryview(pixels).cast("B"))
     image = Image(
         header=header, height=height, width=width, encoding=encoding, step=pixels.nbytes // max(height, 1)
     )
-    image.data = data  # the setter takes an array.array as it is, without a copy
+    image.data.frombytes(memoryview(pixels).cast("B"))  # the setter would copy once more
     return image
+
+
+class DepthImage:
+    """A 32FC1 image to publish again and again, so that no frame needs new memory.
+
+    Attributes:
+        depth: The image's own pixels [m], shape (H, W), NaN = none; write here.
+        message: The image.
+    """
+
+    def __init__(self, height: int, width: int) -> None:
+        """Make an image without depth."""
+        self.message = _image(np.full((height, width), np.nan, "<f4"), "32FC1", Header())
+        self.depth = np.frombuffer(self.message.data, "<f4").reshape(height, width)
 
 
 def image_from_depth(depth: NDArray, header: Header) -> Image:
@@ -70,6 +81,12 @@ def extrinsics_from_transform(transform: NDArray) -> Extrinsics:
     """The Extrinsics of a transform, shape (4, 4): RealSense writes the rotation column by column."""
     rotation = [float(value) for value in np.asarray(transform)[:3, :3].T.ravel()]
     return Extrinsics(rotation=rotation, translation=[float(value) for value in np.asarray(transform)[:3, 3]])
+
+
+def header_of(image: SerializedImage) -> Header:
+    """The std_msgs/Header of an image that was read in place."""
+    stamp, frame_id = image.header
+    return Header(stamp=Time(sec=stamp.sec, nanosec=stamp.nanosec), frame_id=frame_id)
 
 
 def stamp_from_seconds(seconds: float) -> Time:

@@ -62,6 +62,35 @@ def plane_rmse(points: ArrayLike, plane: Plane | None = None) -> float:
     return float(np.sqrt(np.mean(np.square(distance))))
 
 
+def wall_accuracy(points: ArrayLike, plane: Plane, distance: float) -> float:
+    """Z-accuracy as Intel's depth quality tool gives it: median signed error over the true distance.
+
+        median_i(z(plane) - distance + e_i) / distance
+
+    z(plane) is the depth of the fitted plane on the optical axis, e_i the distance of point i behind the
+    plane. Positive means that the wall is seen too far.
+
+    Args:
+        points: Of a wall, in the camera frame [m], shape (..., 3); those with NaN are left out.
+        plane: Fitted to them, facing the camera.
+        distance: True depth of the wall on the optical axis [m]; the wall should be seen at a right angle.
+    """
+    points = np.asarray(points, dtype=float).reshape(-1, 3)
+    behind = -plane.distance(points[np.isfinite(points).all(axis=1)])
+    seen = float(plane.depth_along((0.0, 0.0, 1.0)))
+    return float(np.median(seen - distance + behind)) / distance
+
+
+def temporal_noise(depth: ArrayLike, before: ArrayLike) -> float:
+    """Standard deviation between frames [m], robust, from two frames of a still scene, shape (...).
+
+    NaN if no pixel has depth in both.
+    """
+    change = np.asarray(depth, dtype=float) - np.asarray(before, dtype=float)
+    change = np.abs(change[np.isfinite(change)])
+    return 1.4826 * float(np.median(change)) / np.sqrt(2.0) if change.size else float("nan")
+
+
 def fill_rate(depth: ArrayLike) -> float:
     """Share of pixels, 0..1, that have depth."""
     return float(np.isfinite(np.asarray(depth)).mean())

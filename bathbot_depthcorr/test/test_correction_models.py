@@ -107,6 +107,33 @@ def test_spline_is_the_written_formula(seed, z):
     assert_allclose(correction.apply(depth)[usable], expected[usable], rtol=2e-4)
 
 
+@settings(max_examples=30, deadline=None)
+@given(
+    kind=st.sampled_from(sorted(set(MODELS) - {"identity"})),
+    seed=st.integers(0, 10_000),
+    holes=st.floats(0.0, 1.0),
+    none=st.sampled_from([0.0, np.nan, -1.0, -np.inf]),
+)
+def test_where_there_was_none_there_is_none(kind, seed, holes, none):
+    depth = frame(seed)
+    depth[np.random.default_rng(seed).random(depth.shape) < holes] = none
+    assert np.isnan(made(kind, seed).apply(depth)[~(depth > 0.0)]).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    kind=st.sampled_from(sorted(set(MODELS) - {"identity"})),
+    seed=st.integers(0, 10_000),
+    depths=st.lists(st.floats(0.125, 8.0, width=32), min_size=2, max_size=8),
+)
+def test_farther_raw_depth_is_never_nearer_corrected(kind, seed, depths):
+    """At every pixel, for any two depths however close: equal at worst, where float32 ends."""
+    correction = made(kind, seed)
+    steps = np.stack([correction.apply(np.full((36, 64), z, np.float32)) for z in sorted(depths)])
+    rise = np.diff(steps, axis=0)
+    assert (rise[np.isfinite(rise)] >= -2e-6 * np.nanmax(steps)).all()
+
+
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 999), z=st.floats(0.3, 3.0))
 def test_the_right_imager_is_read_where_the_match_was_found(seed, z):

@@ -1,111 +1,22 @@
-import threading
-import time
-
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.correction_model import CameraUnit
-from bathbot_depthcorr.depth_corrector_node import DepthCorrector
-from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.messages import (
     depth_from_image,
     extrinsics_from_transform,
     image_mm_from_depth,
-    info_from_pinhole,
     pinhole_from_info,
-    stamp_from_seconds,
     transform_from_extrinsics,
 )
 from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.stage_node import LATCHED
+from corrector_bench import CAMERA, FRAME, TRANSFORM, Bench, flat, made_correction
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
 from realsense2_camera_msgs.msg import Extrinsics
-from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Header
 
 from bathbot_depthcorr import stage_node
 
-CAMERA = Pinhole(320, 180, 160.0, 160.0, 160.0, 90.0)
-TRANSFORM = transform_from(translation=(-0.059, 0.001, 0.0))
 DOMAIN = 44
-FRAME = "camera_depth_optical_frame"
-
-
-class Bench:
-    """A camera and a listener around a node under test, all in one process over DDS."""
-
-    def __init__(self, **settings):
-        overrides = [Parameter(name, value=value) for name, value in settings.items()]
-        original = rclpy.lifecycle.LifecycleNode.__init__
-
-        def with_overrides(this, name, **keywords):
-            original(this, name, parameter_overrides=overrides, **keywords)
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(rclpy.lifecycle.LifecycleNode, "__init__", with_overrides)
-            self.node = DepthCorrector()
-        self.started = self.node.autostart()
-        self.camera = rclpy.create_node("bench_camera")
-        prefix = "camera/camera"
-        self.depth = self.camera.create_publisher(Image, f"{prefix}/depth/image_rect_raw", 5)
-        self.info = self.camera.create_publisher(CameraInfo, f"{prefix}/depth/camera_info", 5)
-        self.factory = self.camera.create_publisher(
-            Extrinsics, f"{prefix}/extrinsics/depth_to_color", stage_node.LATCHED
-        )
-        self.health = self.camera.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.images, self.infos, self.transforms, self.statuses = [], [], [], []
-        for kind, topic, qos, store in (
-            (Image, "depth/corrected/image", 5, self.images),
-            (CameraInfo, "depth/corrected/camera_info", 5, self.infos),
-            (Extrinsics, "depth/corrected/depth_to_color", stage_node.LATCHED, self.transforms),
-            (DiagnosticArray, "/diagnostics", 10, self.statuses),
-        ):
-            self.camera.create_subscription(kind, topic, store.append, qos)
-        self.executor = SingleThreadedExecutor()
-        self.executor.add_node(self.node)
-        self.executor.add_node(self.camera)
-        self.open = True
-        self.thread = threading.Thread(target=self._spin, daemon=True)
-        self.thread.start()
-
-    def _spin(self):
-        while self.open:
-            self.executor.spin_once(timeout_sec=0.05)
-
-    def header(self, number=0):
-        return Header(stamp=stamp_from_seconds(100.0 + number), frame_id=FRAME)
-
-    def until(self, condition, depth=None, camera=CAMERA, seconds=10.0):
-        """Play the camera at 20 Hz until a condition holds."""
-        end = time.monotonic() + seconds
-        number = 0
-        while time.monotonic() < end:
-            if condition():
-                return True
-            self.info.publish(info_from_pinhole(camera, self.header(number)))
-            if depth is not None:
-                self.depth.publish(image_mm_from_depth(depth, self.header(number)))
-            number += 1
-            time.sleep(0.05)
-        return condition()
-
-    def messages(self):
-        return [
-            (status.level, status.message)
-            for array in list(self.statuses) for status in array.status if status.name == "depth_corrector"
-        ]  # fmt: skip
-
-    def says(self, level, words):
-        return any(found == level and words in message for found, message in self.messages())
-
-    def close(self):
-        self.open = False
-        self.thread.join(5.0)
-        self.executor.shutdown()
-        self.node.end()
-        self.camera.destroy_node()
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -130,18 +41,9 @@ def bench():
 
 @pytest.fixture
 def calibration(tmp_path):
-    unit = CameraUnit(CAMERA, TRANSFORM, "UNIT-7", 30.0)
-    correction = DisparitySpline(
-        unit, np.full((4, 5), 0.01), np.full((4, 5), 0.2), np.zeros(4), 0.07, np.zeros((3, 6, 10))
-    )
+    correction = made_correction()
     correction.save(tmp_path / "unit.npz")
     return correction, str(tmp_path / "unit.npz")
-
-
-def flat(depth=0.75):
-    image = np.full((CAMERA.height, CAMERA.width), depth, np.float32)
-    image[:, :20] = np.nan
-    return image
 
 
 def test_corrected_depth_transform_and_info_arrive(bench, calibration):
@@ -156,6 +58,19 @@ def test_corrected_depth_transform_and_info_arrive(bench, calibration):
     np.testing.assert_allclose(transform_from_extrinsics(node.transforms[-1]), TRANSFORM, atol=1e-7)
     assert pinhole_from_info(node.infos[-1]) == CAMERA
     assert node.infos[-1].header.stamp in [one.header.stamp for one in node.images]
+
+
+def test_the_fitted_transform_is_sent_once_and_kept_for_late_listeners(bench, calibration):
+    node = bench(calibration=calibration[1])
+    wrong = TRANSFORM.copy()
+    wrong[0, 3] += 0.01
+    node.factory.publish(extrinsics_from_transform(wrong))
+    assert node.until(lambda: len(node.images) > 10, flat())
+    assert len(node.transforms) == 1
+    late = []
+    node.camera.create_subscription(Extrinsics, "depth/corrected/depth_to_color", late.append, LATCHED)
+    assert node.until(lambda: bool(late))
+    np.testing.assert_allclose(transform_from_extrinsics(late[0]), TRANSFORM, atol=1e-7)
 
 
 def test_another_lens_is_refused_and_nothing_is_published(bench, calibration):
@@ -202,3 +117,37 @@ def test_a_frame_of_another_size_is_an_error_not_a_crash(bench, calibration):
     node = bench(calibration=calibration[1])
     assert node.until(lambda: node.says(stage_node.ERROR, "shape (90, 160)"), flat()[::2, ::2])
     assert node.until(lambda: bool(node.images), flat())
+
+
+def test_frames_that_share_memory_arrive_each_as_it_was(bench, calibration):
+    correction, path = calibration
+    node = bench(calibration=path)
+    assert node.until(lambda: bool(node.images), flat())
+    sent = {node.header(1000 + i).stamp.sec: flat(z) for i, z in enumerate((0.5, 0.8, 1.1, 1.4))}
+    for number, frame in enumerate(sent.values()):
+        node.depth.publish(image_mm_from_depth(frame, node.header(1000 + number)))
+    assert node.until(lambda: set(sent) <= {one.header.stamp.sec for one in list(node.images)})
+    for image in node.images:
+        if image.header.stamp.sec in sent:
+            expected = correction.apply(sent[image.header.stamp.sec])
+            np.testing.assert_allclose(depth_from_image(image), expected, rtol=1e-6)
+
+
+def test_diagnostics_tell_how_good_depth_is(bench, calibration):
+    correction, path = calibration
+    true = float(correction.apply(flat())[90, 160])
+    node = bench(calibration=path, wall_distance=true / 1.01)
+    assert node.until(lambda: node.values().get("fill", "unknown") != "unknown", flat())
+    told = node.values()
+    assert float(told["fill"]) == pytest.approx(15 / 16, abs=0.002)
+    assert float(told["plane_rmse_mm"]) < 1.0
+    assert float(told["sigma_mm"]) > 0.0
+    assert told["z_accuracy"] == "+1.00 %"
+    assert told["model"] == "disparity_spline"
+
+
+def test_a_camera_that_falls_silent_is_noticed(bench, calibration):
+    node = bench(calibration=calibration[1])
+    assert node.until(lambda: node.says(stage_node.OK, "correcting"), flat())
+    node.statuses.clear()
+    assert node.until(lambda: node.says(stage_node.WARN, "waiting for depth images"))

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.quality import NoDepthError, fill_rate, plane_rmse, z_accuracy
+from bathbot_depthcorr.plane import Plane, fit_plane
+from bathbot_depthcorr.quality import (
+    NoDepthError,
+    fill_rate,
+    plane_rmse,
+    temporal_noise,
+    wall_accuracy,
+    z_accuracy,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -40,3 +47,37 @@ def test_fill_rate_and_no_depth():
     assert fill_rate([[1.0, np.nan], [np.nan, np.nan]]) == 0.25
     with pytest.raises(NoDepthError, match="fill rate 0"):
         z_accuracy([np.nan], 1.0)
+
+
+def wall_points(distance, spread=0.0, seed=0):
+    rng = np.random.default_rng(seed)
+    return np.column_stack([rng.uniform(-0.4, 0.4, (801, 2)), distance + rng.normal(0.0, spread, 801)])
+
+
+@given(true=st.floats(0.4, 3.0), error=st.floats(-0.03, 0.03))
+def test_wall_accuracy_is_the_signed_share_of_the_distance(true, error):
+    points = wall_points(true * (1.0 + error))
+    assert_allclose(wall_accuracy(points, fit_plane(points), true), error, atol=1e-9)
+
+
+def test_wall_accuracy_by_hand():
+    """Plane seen at 1.01 m, points 2, 3 and 9 mm behind it, true distance 1 m: 10 + 3 mm are 1.3 %."""
+    points = [(0.0, 0.0, 1.012), (0.1, 0.0, 1.013), (0.0, 0.1, 1.019), (np.nan, 0.0, 1.0)]
+    plane = Plane(np.array([0.0, 0.0, -1.0]), -1.01)
+    assert_allclose(wall_accuracy(points, plane, 1.0), 0.013)
+
+
+def test_a_few_flying_pixels_do_not_change_wall_accuracy():
+    points = wall_points(0.757, spread=0.0005)
+    points[:8, 2] = 2.0
+    assert_allclose(wall_accuracy(points, fit_plane(points, robust=True), 0.75), 0.007 / 0.75, rtol=0.05)
+
+
+def test_temporal_noise_is_that_of_one_frame():
+    rng = np.random.default_rng(1)
+    scene = rng.uniform(0.6, 0.9, (60, 80))
+    one, two = (scene + rng.normal(0.0, 0.0007, scene.shape) for _ in range(2))
+    one[:3] = np.nan
+    one[5] += 0.2  # something moved
+    assert_allclose(temporal_noise(one, two), 0.0007, rtol=0.05)
+    assert np.isnan(temporal_noise(np.full(4, np.nan), np.ones(4)))

@@ -1,0 +1,33 @@
+"""`bathbot bench`: how fast the program is on this machine."""
+
+from pathlib import Path
+
+import typer
+
+app = typer.Typer(help="Measure speed on this machine.", no_args_is_help=False, rich_markup_mode=None)
+
+
+@app.callback()
+def _group() -> None:
+    """Measure speed on this machine."""
+
+
+@app.command("depth")
+def depth(
+    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    seconds: float = typer.Option(20.0, help="How long the node is watched [s]."),
+    rate: float = typer.Option(30.0, help="Frames per second of the camera [Hz]."),
+    size: str = typer.Option("1280x720", help="Width and height of the frames [px]."),
+) -> None:
+    """Time the depth correction, alone and as the node under a camera's stream.
+
+    The node runs as a process of its own and gets frames over DDS from another; nothing else hears them.
+
+    \b
+      bathbot bench depth --json depth.json
+      bathbot bench depth --size 848x480 --rate 60
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.arguments import picture_size
+    from bathbot_bringup.bench_depth import DepthBench, bench_depth
+
+    bench_depth(DepthBench(picture_size(size), rate, seconds), json_file)
