@@ -48,6 +48,9 @@ def depth(
     size: str = typer.Option("1280x720", help="Of the depth pictures [px]: 1280x720, 848x480 or 640x360."),
     poses: int = typer.Option(24, min=10, max=200, help="Views of each calibration."),
     frames: int = typer.Option(4, min=1, max=30, help="Depth frames averaged in each view."),
+    sweeps: bool = typer.Option(
+        False, "--sweeps", help="Also vary poses, tilts, wrong squares and the like; takes minutes."
+    ),
 ) -> None:
     """Calibrate simulated cameras by every method and compare each with the truth.
 
@@ -63,7 +66,9 @@ def depth(
     from bathbot_bringup.evaluate_depth import DepthEvaluation, evaluate_depth
 
     evaluate_depth(
-        DepthEvaluation(count_or_seeds(seeds), preset, picture_size(size), poses, frames, figures, json_file)
+        DepthEvaluation(
+            count_or_seeds(seeds), preset, picture_size(size), poses, frames, sweeps, figures, json_file
+        )
     )
 
 

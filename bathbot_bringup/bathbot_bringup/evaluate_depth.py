@@ -14,7 +14,9 @@ from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.figures import MAP_DISTANCES, save_figures
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.one_unit import evaluate_unit, signed_map
+from bathbot_bringup.depth_evaluation.recording import Recording
 from bathbot_bringup.depth_evaluation.summary import OURS, summarise
+from bathbot_bringup.depth_evaluation.sweeps import sweep_all
 from bathbot_bringup.depth_evaluation.table_2 import replay, table
 from bathbot_bringup.depth_evaluation.tables import print_summary
 from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest
@@ -35,6 +37,7 @@ class DepthEvaluation:
     size: tuple[int, int] = (1280, 720)
     poses: int = 24
     frames: int = 4
+    sweeps: bool = False
     figures: Path | None = None
     json_file: Path | None = field(default=None)
 
@@ -64,7 +67,9 @@ def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) ->
         for seed in settings.seeds:
             tell = _teller(progress, task, seed)
             unit = UnitUnderTest(seed, find_preset(settings.preset), *settings.size)
-            result, fitted = evaluate_unit(unit, settings.poses, settings.frames, list(METHODS), tell)
+            result, fitted = evaluate_unit(
+                unit, Recording(settings.poses, settings.frames), list(METHODS), tell
+            )
             results.append(result)
             tell("Table 2")
             replays.append(replay(unit, {name: fitted[name] for name in _REPLAYED}))
@@ -72,12 +77,14 @@ def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) ->
             conditions.append(condition_errors(unit, fitted[OURS]))
             maps = maps or _signed_maps(unit, fitted)
             progress.advance(task)
+        tell = _teller(progress, task, settings.seeds[0])
+        swept = sweep_all(find_preset(settings.preset), settings.seeds, tell) if settings.sweeps else {}
     summary = {
         **summarise(results, list(METHODS)), "table2": table(replays, OURS),
         "conditions_mm": {name: float(np.mean([row[name] for row in conditions])) for name in conditions[0]},
         "preset": settings.preset, "units": len(results), "seeds": list(settings.seeds),
         "size": list(settings.size), "poses": settings.poses, "frames_per_pose": settings.frames,
-        "model": OURS, "simulated": True,
+        "model": OURS, "sweeps_mm": swept, "simulated": True,
     }  # fmt: skip
     print_summary(summary, console)
     if settings.json_file:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_bringup.depth_evaluation.methods import METHODS
+from bathbot_bringup.depth_evaluation.recording import Recording
 from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest
 from bathbot_bringup.sim.d455_unit import find_preset
 from bathbot_depthcorr.plane import Plane
@@ -26,7 +27,7 @@ def test_the_table_names_every_method_in_order_and_says_a_line_about_it():
 def judged():
     """Systematic error [mm] at 0.62-0.88 m on a simulated unit in the paper's range."""
     unit = UnitUnderTest(1, find_preset("paper"), 848, 480)
-    views, _ = unit.calibration_views(18)
+    views, _ = unit.calibration_views(Recording(poses=18))
     surfaces = [wall(0.62, 0.2, -0.1), wall(0.75, -0.1, 0.2), wall(0.88, 0.1, 0.1)]
     result = {}
     for name in (*BASELINES, "two_stage"):

@@ -49,6 +49,7 @@ def test_the_fit_moves_with_the_points(tilt, turn, shift, seed):
 @given(tilt_x=tilts, tilt_y=tilts, distance=st.floats(0.3, 3.0))
 def test_inverse_form_round_trip(tilt_x, tilt_y, distance):
     plane, points = cloud(tilt_x, tilt_y, distance, count=5)
+    points = points[np.isfinite(points).all(axis=1)]  # on a steep wall a ray may pass it by
     assert_allclose(points @ plane.inverse_form, 1.0)
     again = plane_from_inverse_form(plane.inverse_form)
     assert_allclose(again.normal, plane.normal, atol=1e-12)

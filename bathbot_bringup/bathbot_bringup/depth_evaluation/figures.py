@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bathbot_bringup.depth_evaluation.sweeps import SWEEPS, SWEPT
 from bathbot_bringup.depth_evaluation.targets import DISTANCES
 
 Array = NDArray[np.float64]
@@ -43,6 +44,8 @@ def save_figures(
         "depth_parts.png": _parts(summary, maps),
         "depth_table_2.png": _table_2(summary["table2"]),
     }
+    if summary["sweeps_mm"]:
+        drawn["depth_sweeps.png"] = _sweeps(summary["sweeps_mm"])
     paths = []
     for name, figure in drawn.items():
         FigureCanvasAgg(figure)
@@ -146,4 +149,23 @@ def _table_2(rows: Sequence[Mapping[str, Any]]) -> Figure:
     for axes in (raw, corrected):
         axes.set_xticks(place, [str(row["no"]) for row in rows])
         axes.set_xlabel("position of Table 2")
+    return figure
+
+
+def _sweeps(sweeps: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:
+    """The error at working distances against each circumstance of a calibration."""
+    figure = Figure(figsize=(13.0, 6.0), layout="constrained")
+    grid = figure.subplots(2, 4).ravel()
+    for axes, (name, rows) in zip(grid, sweeps.items(), strict=False):
+        for method in SWEPT:
+            places = [row["value"] for row in rows]
+            axes.plot(
+                places, [row[method] for row in rows], marker="o", ms=4, color=COLOURS[method], label=method
+            )
+        axes.set(xlabel=SWEEPS[name][0], ylabel="systematic error [mm]", yscale="log")
+        axes.grid(visible=True, which="both", alpha=0.25)
+    for axes in grid[len(sweeps) :]:
+        axes.set_axis_off()
+    grid[0].legend(fontsize="small")
+    figure.suptitle("systematic error at 0.62 to 0.88 m against the circumstances of the calibration")
     return figure

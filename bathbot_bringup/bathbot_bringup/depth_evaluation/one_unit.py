@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.measures import Errors, Flatness, errors, flatness
 from bathbot_bringup.depth_evaluation.methods import METHODS
+from bathbot_bringup.depth_evaluation.recording import Recording
 from bathbot_bringup.depth_evaluation.targets import Target, targets, wall
 from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest, facing
 
@@ -140,14 +141,13 @@ def split_noise(unit: UnitUnderTest, fitted: dict[str, Fitted]) -> list[Noise]:
 
 
 def evaluate_unit(
-    unit: UnitUnderTest, poses: int, frames: int, names: Sequence[str], tell: Callable[[str], None]
+    unit: UnitUnderTest, recording: Recording, names: Sequence[str], tell: Callable[[str], None]
 ) -> tuple[UnitResult, dict[str, Fitted]]:
     """Calibrate one unit by every method and judge each.
 
     Args:
         unit: The unit.
-        poses: Views of the calibration.
-        frames: Of each view.
+        recording: How it is calibrated.
         names: Of the methods.
         tell: Called with what is being done.
 
@@ -155,7 +155,7 @@ def evaluate_unit(
         The errors, and the fitted methods.
     """
     tell("calibration views")
-    views, reference = unit.calibration_views(poses, frames)
+    views, reference = unit.calibration_views(recording)
     fitted, fits = fit_methods(unit, views, names, tell)
     samples: list[Sample] = []
     for target in targets(unit.seed):

@@ -1,6 +1,6 @@
 """The depth evaluation on the terminal."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bathbot_bringup.depth_evaluation.summary import OURS
+from bathbot_bringup.depth_evaluation.sweeps import SWEEPS, SWEPT
 from bathbot_bringup.depth_evaluation.table_2 import PUBLISHED_CORRECTED, PUBLISHED_RAW
 from bathbot_bringup.depth_evaluation.targets import DISTANCES
 
@@ -22,6 +23,13 @@ def print_summary(summary: Mapping[str, Any], console: Console) -> None:
     )
     console.print(_frames(summary))
     console.print(_table_2(summary))
+    console.print(
+        "one frame at 0.75 m, mean |e| in mm: "
+        + ", ".join(f"{name} {value:.2f}" for name, value in summary["conditions_mm"].items()),
+        markup=False,
+    )
+    for name, rows in summary["sweeps_mm"].items():
+        console.print(_sweep(name, rows))
 
 
 def _systematic(summary: Mapping[str, Any]) -> Table:
@@ -74,4 +82,14 @@ def _table_2(summary: Mapping[str, Any]) -> Table:
         "mean", f"{PUBLISHED_RAW:.3f}", f"{means[0]:.2f}", f"{PUBLISHED_CORRECTED:.3f}",
         *(f"{mean:.2f}" for mean in means[1:]),
     )  # fmt: skip
+    return table
+
+
+def _sweep(name: str, rows: Sequence[Mapping[str, float]]) -> Table:
+    table = Table(
+        SWEEPS[name][0], *(f"{row['value']:g}" for row in rows), title_justify="left",
+        title="systematic error at 0.62 to 0.88 m in mm",
+    )  # fmt: skip
+    for method in SWEPT:
+        table.add_row(method, *(f"{row[method]:.2f}" for row in rows))
     return table

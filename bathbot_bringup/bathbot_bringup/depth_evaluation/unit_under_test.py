@@ -18,6 +18,7 @@ from bathbot_depthcorr.rigid import inverse, transform_points
 from bathbot_depthcorr.views import CalibrationView
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_bringup.depth_evaluation.recording import Recording
 from bathbot_bringup.sim.calibration_scene import INNER_CORNERS, SQUARE, board_views
 from bathbot_bringup.sim.d455 import D455, Air
 from bathbot_bringup.sim.d455_unit import BASELINE, Preset
@@ -67,23 +68,33 @@ class UnitUnderTest:
         self._rays = published.depth.directions(published.depth.pixel_grid())
         self._published_rays = self.factory.depth_camera.directions(self.factory.depth_camera.pixel_grid())
 
-    def calibration_views(self, count: int, frames: int = 4) -> tuple[list[CalibrationView], ColourReference]:
+    def calibration_views(
+        self, recording: Recording = Recording()
+    ) -> tuple[list[CalibrationView], ColourReference]:
         """Walls seen from many places, and what their chessboards say about the colour camera."""
         unit, board = self._sensor.unit, Chessboard(*INNER_CORNERS, SQUARE)
-        middle = board.corners - board.corners.mean(axis=0)
+        printed = (board.corners - board.corners.mean(axis=0)) * (1.0 + recording.square_error)
         rng = np.random.default_rng([self.seed, 91])
+        poses = board_views(
+            unit.colour, recording.poses, self.seed, NEAREST_VIEW, FARTHEST_VIEW, recording.steepest
+        )
         boards = []
-        poses = board_views(unit.colour, count, self.seed, NEAREST_VIEW, FARTHEST_VIEW)
         for number, T_board_colour in enumerate(poses):
             T_colour_board = inverse(T_board_colour)
-            corners = unit.colour.project(transform_points(T_colour_board, middle))
+            corners = unit.colour.project(transform_points(T_colour_board, printed))
             corners = corners + rng.normal(0.0, CORNER_NOISE, corners.shape)
             normal = -T_colour_board[:3, 2]
             truth = self.truth(Plane(normal, float(normal @ T_colour_board[:3, 3])))
-            stack = 1.0 / np.stack([self._frame(truth, rng, number, CELSIUS) for _ in range(frames)])
-            noise = float(np.nanmedian(stack.std(axis=0, ddof=1))) if frames > 1 else 0.0
-            boards.append(BoardView(corners, (1.0 / stack.mean(axis=0)).astype(np.float32), frames, noise))
-        return views_from_boards(boards, board, unit.published_colour)
+            frames = [self._frame(truth, rng, number, CELSIUS) for _ in range(recording.frames)]
+            stack = 1.0 / np.stack([self._mismatched(frame, rng, recording.outliers) for frame in frames])
+            noise = float(np.nanmedian(stack.std(axis=0, ddof=1))) if len(stack) > 1 else 0.0
+            boards.append(
+                BoardView(corners, (1.0 / stack.mean(axis=0)).astype(np.float32), len(stack), noise)
+            )
+        longer = 1.0 + recording.focal_error
+        published = unit.published_colour
+        published = replace(published, fx=published.fx * longer, fy=published.fy * longer)
+        return views_from_boards(boards, board, published)
 
     @property
     def T_colour_depth(self) -> Array:
@@ -126,6 +137,15 @@ class UnitUnderTest:
         """
         rays = self._published_rays[::every, ::every]
         return surface.transformed(inverse(T_colour_depth)).depth_along(rays)
+
+    def _mismatched(self, depth: Depth, rng: np.random.Generator, share: float) -> Depth:
+        """Depth [m], some of whose pixels were matched elsewhere."""
+        wrong = rng.random(depth.shape, dtype=np.float32) < share if share > 0.0 else np.zeros(1, bool)
+        if not wrong.any():
+            return depth
+        off = rng.uniform(2.0, 10.0, depth.shape) * rng.choice((-1.0, 1.0), depth.shape)
+        focal_baseline = self.factory.focal_baseline
+        return np.where(wrong, focal_baseline / np.maximum(focal_baseline / depth + off, 1.0), depth)
 
     def _frame(
         self, truth: Depth, rng: np.random.Generator, pose: int, celsius: float, air: Air = Air()

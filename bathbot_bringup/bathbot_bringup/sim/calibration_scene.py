@@ -35,6 +35,7 @@ MARKER_ID = 582  # of cv2.aruco.DICT_ARUCO_ORIGINAL
 MARKER_SIZE = 0.10  # [m]
 PLATE_SIZE = 0.15  # [m] of the white plate the marker is printed on
 BLACK, WHITE = 0.05, 0.85
+STEEPEST = np.deg2rad(28.0)  # tilt of the board
 T_WORLD_BOARD = transform_from([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 T_WORLD_BOARD.setflags(write=False)
 
@@ -63,11 +64,16 @@ def board_corners() -> Array:
 
 
 def board_views(
-    camera: Pinhole, count: int, seed: int, nearest: float = 0.45, farthest: float = 1.6
+    camera: Pinhole,
+    count: int,
+    seed: int,
+    nearest: float = 0.45,
+    farthest: float = 1.6,
+    steepest: float = STEEPEST,
 ) -> list[Array]:
     """Poses of the colour camera before the board: near and far, the board all over the picture.
 
-    Three of four are tilted by 15 to 28 deg, the others less.
+    Three of four are tilted by more than half of the steepest tilt, the others by less.
 
     Args:
         camera: The colour camera; every inner corner is inside its picture.
@@ -75,6 +81,7 @@ def board_views(
         seed: For the random numbers.
         nearest: Distance of the board in the first pose [m].
         farthest: In the last; between them they are even in inverse distance.
+        steepest: Largest tilt [rad].
 
     Returns:
         T_board_camera of each pose, shape (4, 4).
@@ -86,7 +93,7 @@ def board_views(
         share = (len(views) + rng.uniform()) / count
         distance = 1.0 / (1.0 / nearest + share * (1.0 / farthest - 1.0 / nearest))
         # Tilted views tell the focal length of the colour camera, which is the ruler of it all.
-        tilt = np.deg2rad(rng.uniform(15.0, 28.0) if len(views) % 4 else rng.uniform(0.0, 15.0))
+        tilt = steepest * (rng.uniform(0.54, 1.0) if len(views) % 4 else rng.uniform(0.0, 0.54))
         towards = rng.uniform(0.0, 2.0 * np.pi)
         angles = [tilt * np.cos(towards), tilt * np.sin(towards), np.deg2rad(rng.uniform(-8.0, 8.0))]
         turn = Rotation.from_euler("xyz", angles).as_matrix()
