@@ -12,7 +12,7 @@ from bathbot_depthcorr.calibration_coverage import (
     coverage_of,
     instruction,
 )
-from bathbot_depthcorr.guards import LEAST_VIEWS
+from bathbot_depthcorr.guards import BOARD_DEMANDS
 from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
@@ -55,13 +55,14 @@ def render(state: CoachState) -> Group:
                 f"{goal} {'■' * have}{'□' * (want - have)}   ", style="green" if have == want else "yellow"
             )
         table.add_row(title, cells)
+    least = BOARD_DEMANDS.views
     lines = [
         Text(f"{len(state.poses)} views, {coverage.share:.0%} of the goals", style="bold"),
         table,
         Text(f"now: {pose_words(state.present)}"),
         Text(f"last: {state.event}"),
         Text(f"next: {instruction(state.poses, state.present)}", style="bold cyan"),
-        Text(f"Enter or Ctrl-C: calibrate with what is there ({LEAST_VIEWS} views at least)", style="dim"),
+        Text(f"Enter or Ctrl-C: calibrate with what is there (from {least} views on)", style="dim"),
     ]
     return Group(*lines)
 

@@ -18,7 +18,7 @@ from bathbot_depthcorr.bag_camera import (
 from bathbot_depthcorr.bag_views import Recording
 from bathbot_depthcorr.camera_health import CameraHealth, camera_health
 from bathbot_depthcorr.chessboard import Chessboard
-from bathbot_depthcorr.guards import LEAST_VIEWS
+from bathbot_depthcorr.guards import BOARD_DEMANDS
 from bathbot_depthcorr.live_views import LiveViews
 from bathbot_depthcorr.messages import colour_from_image, depth_from_image, stamp_seconds
 from bathbot_depthcorr.stage_node import LATCHED
@@ -66,7 +66,7 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
         try:
             client.spin_until(gathering.done, float("inf"))
         except (KeyboardInterrupt, InputError) as stop:
-            if len(gathering.views.poses) < LEAST_VIEWS:
+            if len(gathering.views.poses) < BOARD_DEMANDS.views:
                 raise
             notes = [str(stop)] if isinstance(stop, InputError) else []
         return gathering.views.recording(listener.health)._replace(notes=notes)

@@ -5,7 +5,7 @@ import sys
 import time
 
 from bathbot_depthcorr.calibration_coverage import coverage_of
-from bathbot_depthcorr.guards import GOOD_VIEWS, LEAST_VIEWS
+from bathbot_depthcorr.guards import BOARD_DEMANDS, GOOD_VIEWS
 from bathbot_depthcorr.live_views import LiveViews
 
 from bathbot_bringup.coach_screen import CoachScreen, CoachState
@@ -49,7 +49,7 @@ class Gathering:
         if not (sys.stdin.isatty() and select.select([sys.stdin], [], [], 0.0)[0]):
             return
         sys.stdin.readline()
-        self._enough = len(self.views.poses) >= LEAST_VIEWS
+        self._enough = len(self.views.poses) >= BOARD_DEMANDS.views
         if not self._enough:
-            told = f"{len(self.views.poses)} views are too few, {LEAST_VIEWS} are needed"
+            told = f"{len(self.views.poses)} views are too few, {BOARD_DEMANDS.views} are needed"
             self._state = self._state._replace(event=told)

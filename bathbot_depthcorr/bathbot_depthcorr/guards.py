@@ -5,6 +5,7 @@ size of the printed squares, and views that differ enough to tell errors apart.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,8 @@ from bathbot_depthcorr.views import CalibrationView
 
 Array = NDArray[np.float64]
 
-LEAST_VIEWS, GOOD_VIEWS = 10, 18
-LEAST_DISTINCT = 8
+GOOD_VIEWS = 18
 LEAST_TILT = np.deg2rad(8.0)
-LEAST_TILTED = 1.0 / 3.0
 LEAST_SPAN = 1.3  # farthest over nearest
 MOST_FOCAL = 0.005  # relative change of focal length against the factory
 MOST_CORNER_NOISE = 1.0  # [px]
@@ -36,6 +35,30 @@ class CalibrationRefusedError(DepthcorrError):
     """Views from which no trustworthy correction can be made."""
 
 
+class Demands(NamedTuple):
+    """What views must bring.
+
+    Attributes:
+        views: Least number.
+        distinct: Least number of those that differ.
+        tilted: Least share of those that are tilted.
+    """
+
+    views: int
+    distinct: int
+    tilted: float
+
+
+BOARD_DEMANDS = Demands(10, 8, 1.0 / 3.0)
+KNOWN_DEMANDS = Demands(5, 4, 0.0)  # no board must tell the focal length
+
+
+def demands_on(views: Sequence[CalibrationView]) -> Demands:
+    """What views must bring: less where their planes are exact, as in public data sets."""
+    exact = all(not np.any(view.covariance) for view in views)
+    return KNOWN_DEMANDS if exact and views else BOARD_DEMANDS
+
+
 def check_views(views: Sequence[CalibrationView]) -> list[str]:
     """Check number, variety, tilt and distances of the views.
 
@@ -45,23 +68,24 @@ def check_views(views: Sequence[CalibrationView]) -> list[str]:
     Raises:
         CalibrationRefusedError: Naming the number that failed.
     """
-    if len(views) < LEAST_VIEWS:
+    demands = demands_on(views)
+    if len(views) < demands.views:
         raise CalibrationRefusedError(
-            f"{len(views)} usable views of the board, at least {LEAST_VIEWS} are needed; "
+            f"{len(views)} usable views of the wall, at least {demands.views} are needed; "
             "record 18 or more still poses of a second each"
         )
     distinct = _count_distinct(views)
-    if distinct < LEAST_DISTINCT:
+    if distinct < demands.distinct:
         raise CalibrationRefusedError(
             f"only {distinct} of {len(views)} views differ by more than {SAME_DISTANCE * 100:.0f} cm or "
-            f"{np.rad2deg(SAME_ANGLE):.0f} deg, at least {LEAST_DISTINCT} are needed; "
+            f"{np.rad2deg(SAME_ANGLE):.0f} deg, at least {demands.distinct} are needed; "
             "move the camera between views"
         )
     tilted = float(np.mean([view.tilt >= LEAST_TILT for view in views]))
-    if tilted < LEAST_TILTED:
+    told = f"{tilted:.0%} of the views are tilted by {np.rad2deg(LEAST_TILT):.0f} deg or more"
+    if tilted < demands.tilted:
         raise CalibrationRefusedError(
-            f"{tilted:.0%} of the views are tilted by {np.rad2deg(LEAST_TILT):.0f} deg or more, at least "
-            f"{LEAST_TILTED:.0%} are needed; turn the camera 15 to 25 deg to all sides"
+            f"{told}, at least {demands.tilted:.0%} are needed; turn the camera 15 to 25 deg to all sides"
         )
     distances = [view.distance for view in views]
     span = max(distances) / min(distances)
@@ -71,6 +95,8 @@ def check_views(views: Sequence[CalibrationView]) -> list[str]:
             f"{LEAST_SPAN} times the nearest; record from 0.5 to 1.5 m"
         )
     warnings = []
+    if tilted < BOARD_DEMANDS.tilted:
+        warnings.append(f"{told}: the depth -> colour transform is hardly more than the given one")
     if len(views) < GOOD_VIEWS:
         warnings.append(f"{len(views)} views; {GOOD_VIEWS} or more halve the error")
     if min(distances) > 0.65 or max(distances) < 0.9:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import theilslopes
 
 from bathbot_depthcorr.correction_model import CameraUnit
-from bathbot_depthcorr.guards import LEAST_VIEWS, CalibrationRefusedError
+from bathbot_depthcorr.guards import CalibrationRefusedError, demands_on
 from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
 from bathbot_depthcorr.rigid import inverse
 from bathbot_depthcorr.views import CalibrationView
@@ -38,7 +38,7 @@ def keep_walls(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[list
         The views left, and warnings, one line each.
 
     Raises:
-        CalibrationRefusedError: If less than `LEAST_VIEWS` are left.
+        CalibrationRefusedError: If too few are left.
     """
     shares = [float(np.isfinite(view.depth).mean()) for view in views]
     kept = [view for view, share in zip(views, shares, strict=True) if share >= LEAST_WALL]
@@ -48,9 +48,10 @@ def keep_walls(views: Sequence[CalibrationView], unit: CameraUnit) -> tuple[list
         f"depth shows the wall on {LEAST_WALL:.0%} or more of the picture in only {len(kept)} of "
         f"{len(views)} views, the worst has {min(shares):.0%}"
     )
-    if len(kept) < LEAST_VIEWS:
+    least = demands_on(views).views
+    if len(kept) < least:
         raise CalibrationRefusedError(
-            f"{told}; at least {LEAST_VIEWS} views are needed: is the projector on, the wall without glare, "
+            f"{told}; at least {least} views are needed: is the projector on, the wall without glare, "
             "and the camera not too near?"
         )
     return kept, [f"{told}; the others were left out"]

@@ -165,7 +165,7 @@ class TestRefusals:
         return views_from_boards(boards, board, COLOUR)[0]
 
     def test_too_few(self, sensor, boards):
-        self.refused(self.views(boards[:6]), sensor.factory, "6 usable views of the board, at least 10")
+        self.refused(self.views(boards[:6]), sensor.factory, "6 usable views of the wall, at least 10")
 
     def test_too_similar(self, sensor, boards):
         self.refused(self.views(boards)[:3] * 5, sensor.factory, "only 3 of 15 views differ")
