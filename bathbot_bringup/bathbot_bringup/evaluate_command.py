@@ -42,7 +42,9 @@ def detector(
 @app.command("depth")
 def depth(
     seeds: str = typer.Option("5", help="Number of simulated cameras, or their seeds such as 0-4 or 2-2."),
-    preset: str = typer.Option("paper", help="Error model of the cameras: paper, yaw, good or perfect."),
+    preset: str = typer.Option(
+        "paper", help="Error model of the cameras: paper, yaw, good, half, fixed or perfect."
+    ),
     json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
     figures: Path = typer.Option(None, help="Folder for the pictures; none are drawn if left out."),
     size: str = typer.Option("1280x720", help="Of the depth pictures [px]: 1280x720, 848x480 or 640x360."),

@@ -157,5 +157,5 @@ def test_sizes_that_no_stream_has_are_refused(size):
 
 
 def test_an_unknown_preset_is_refused_with_the_names():
-    with pytest.raises(SettingsError, match="paper, yaw, good, perfect"):
+    with pytest.raises(SettingsError, match="paper, yaw, good, half, fixed, perfect"):
         find_preset("excellent")

@@ -66,6 +66,8 @@ PRESETS = {
     "paper": Preset(scale=0.012, offset=-1.0),
     "yaw": Preset(scale=0.0, offset=-1.93),
     "good": Preset(scale=0.002, offset=-0.1),
+    "half": Preset(scale=0.012, offset=-1.0, follow=0.5),
+    "fixed": Preset(scale=0.012, offset=-1.0, follow=0.0),
     "perfect": Preset(
         tilt=0.0,
         radial=0.0,
