@@ -26,9 +26,7 @@ PRIOR_OFFSET = 3.0  # [px]
 PRIOR_RIPPLE = 0.03  # [px]
 ROUGHNESS_OFFSET = 0.15  # [px] expected second difference of neighbouring coefficients
 ROUGHNESS_SCALE = 0.003
-FINE_VIEWS = 18  # from so many views on, finer maps are worth their coefficients (columns, rows)
-OFFSET_FINE, OFFSET_COARSE = (32, 18), (12, 8)
-SCALE_FINE, SCALE_COARSE = (12, 8), (5, 4)
+OFFSET_SIZE, SCALE_SIZE = (32, 18), (12, 8)  # columns, rows; smoothness, not size, holds few views in check
 
 
 def fit_disparity_spline(views: Sequence[CalibrationView], unit: CameraUnit) -> DisparitySpline:
@@ -41,9 +39,9 @@ def fit_disparity_spline(views: Sequence[CalibrationView], unit: CameraUnit) -> 
     Returns:
         The correction; its `T_colour_depth` is the fitted transform.
     """
-    camera, fine = unit.depth_camera, len(views) >= FINE_VIEWS
-    offset_grid = SplineGrid(camera.width, camera.height, *(OFFSET_FINE if fine else OFFSET_COARSE))
-    scale_grid = SplineGrid(camera.width, camera.height, *(SCALE_FINE if fine else SCALE_COARSE))
+    camera = unit.depth_camera
+    offset_grid = SplineGrid(camera.width, camera.height, *OFFSET_SIZE)
+    scale_grid = SplineGrid(camera.width, camera.height, *SCALE_SIZE)
     walls = [wall_rows(view, unit) for view in views]
     columns = [_columns(offset_grid, scale_grid, wall) for wall in walls]
     prior = block_diag(

@@ -14,9 +14,7 @@ from scipy.linalg import block_diag
 from bathbot_depthcorr.bspline_surface import SplineGrid
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_fit import (
-    FINE_VIEWS,
-    OFFSET_COARSE,
-    OFFSET_FINE,
+    OFFSET_SIZE,
     PRIOR_OFFSET,
     PRIOR_RIPPLE,
     PRIOR_SCALE,
@@ -47,9 +45,7 @@ def fit_two_imager(views: Sequence[CalibrationView], unit: CameraUnit) -> TwoIma
         The correction; its `T_colour_depth` is the fitted transform.
     """
     camera = unit.depth_camera
-    grid = SplineGrid(
-        camera.width, camera.height, *(OFFSET_FINE if len(views) >= FINE_VIEWS else OFFSET_COARSE)
-    )
+    grid = SplineGrid(camera.width, camera.height, *OFFSET_SIZE)
     walls = [wall_rows(view, unit) for view in views]
     columns = [
         beside(

@@ -74,15 +74,16 @@ class UnitUnderTest:
         """Walls seen from many places, and what their chessboards say about the colour camera."""
         unit, board = self._sensor.unit, Chessboard(*INNER_CORNERS, SQUARE)
         printed = (board.corners - board.corners.mean(axis=0)) * (1.0 + recording.square_error)
-        rng = np.random.default_rng([self.seed, 91])
         poses = board_views(
             unit.colour, recording.poses, self.seed, NEAREST_VIEW, FARTHEST_VIEW, recording.steepest
         )
         boards = []
         for number, T_board_colour in enumerate(poses):
+            # Of its own for each, so that a change of one circumstance leaves the luck of the others.
+            at_corners, rng = (np.random.default_rng([self.seed, part, number]) for part in (91, 94))
             T_colour_board = inverse(T_board_colour)
             corners = unit.colour.project(transform_points(T_colour_board, printed))
-            corners = corners + rng.normal(0.0, CORNER_NOISE, corners.shape)
+            corners = corners + at_corners.normal(0.0, CORNER_NOISE, corners.shape)
             normal = -T_colour_board[:3, 2]
             truth = self.truth(Plane(normal, float(normal @ T_colour_board[:3, 3])))
             frames = [self._frame(truth, rng, number, CELSIUS) for _ in range(recording.frames)]

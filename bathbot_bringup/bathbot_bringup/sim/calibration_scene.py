@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.sim.arm_mesh import ArmMesh
-from bathbot_bringup.sim.d455_unit import D455Unit
+from bathbot_bringup.sim.d455_unit import BASELINE, SEARCH, D455Unit
 from bathbot_bringup.sim.render import Rendering, depth_of_room, developed, draw, picture_of_room
 from bathbot_bringup.sim.render_light import Lamp, Lighting
 from bathbot_bringup.sim.render_mesh import plain_mesh
@@ -35,6 +35,7 @@ MARKER_ID = 582  # of cv2.aruco.DICT_ARUCO_ORIGINAL
 MARKER_SIZE = 0.10  # [m]
 PLATE_SIZE = 0.15  # [m] of the white plate the marker is printed on
 BLACK, WHITE = 0.05, 0.85
+NEAREST = 0.45  # [m] of a calibration's views
 STEEPEST = np.deg2rad(28.0)  # tilt of the board
 T_WORLD_BOARD = transform_from([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 T_WORLD_BOARD.setflags(write=False)
@@ -67,7 +68,7 @@ def board_views(
     camera: Pinhole,
     count: int,
     seed: int,
-    nearest: float = 0.45,
+    nearest: float = NEAREST,
     farthest: float = 1.6,
     steepest: float = STEEPEST,
 ) -> list[Array]:
@@ -128,7 +129,9 @@ class ChessboardView:
             seed: Of the poses.
         """
         self._unit, self._hold = unit, hold
-        self._views = board_views(unit.colour, count, seed)
+        # Nearer than this the depth camera is blind, and more so where a wall is tilted.
+        nearest = max(NEAREST, 1.15 * unit.published_depth.fx * BASELINE / SEARCH)
+        self._views = board_views(unit.colour, count, seed, nearest)
         room, _ = plain_room()
         lighting = Lighting(np.full(3, 0.8), np.full(3, 0.6), ())  # no lamp: no shadows to look for
         speck = plain_mesh(

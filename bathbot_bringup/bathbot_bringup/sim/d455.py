@@ -22,9 +22,8 @@ from bathbot_bringup.sim.d455_fields import (
     imager_field,
     soft_noise,
 )
-from bathbot_bringup.sim.d455_unit import BASELINE, Preset, make_unit
+from bathbot_bringup.sim.d455_unit import BASELINE, SEARCH, Preset, make_unit
 
-SEARCH = 126  # [px] of the widest disparity: sets the nearest distance
 REFERENCE_CELSIUS = 30.0
 OFFSET_PER_CELSIUS = 0.015  # [px, native]
 EDGE_STEP = 2.0  # [px] of disparity inside the window that makes an edge

@@ -19,6 +19,7 @@ from bathbot_bringup.errors import SettingsError
 Array = NDArray[np.float64]
 
 BASELINE = 0.095  # [m] between the two imagers
+SEARCH = 126  # [px] of the widest disparity: sets the nearest distance
 FACTORY_DEPTH = Pinhole(1280, 720, 641.5, 641.5, 640.4, 363.8)
 FACTORY_COLOUR = Pinhole(
     1280, 720, 632.4, 632.0, 639.8, 363.3, (-0.0565, 0.0688, -0.00072, -0.00002, -0.0224)
