@@ -35,7 +35,8 @@ MARKER_ID = 582  # of cv2.aruco.DICT_ARUCO_ORIGINAL
 MARKER_SIZE = 0.10  # [m]
 PLATE_SIZE = 0.15  # [m] of the white plate the marker is printed on
 BLACK, WHITE = 0.05, 0.85
-NEAREST = 0.45  # [m] of a calibration's views
+NEAREST, FARTHEST = 0.45, 2.0  # [m] of a calibration's views
+LEAST_SQUARE = 10.0  # [px] that a square must have for its corners to be found well
 STEEPEST = np.deg2rad(28.0)  # tilt of the board
 T_WORLD_BOARD = transform_from([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 T_WORLD_BOARD.setflags(write=False)
@@ -69,7 +70,7 @@ def board_views(
     count: int,
     seed: int,
     nearest: float = NEAREST,
-    farthest: float = 1.6,
+    farthest: float = FARTHEST,
     steepest: float = STEEPEST,
 ) -> list[Array]:
     """Poses of the colour camera before the board: near and far, the board all over the picture.
@@ -131,7 +132,8 @@ class ChessboardView:
         self._unit, self._hold = unit, hold
         # Nearer than this the depth camera is blind, and more so where a wall is tilted.
         nearest = max(NEAREST, 1.15 * unit.published_depth.fx * BASELINE / SEARCH)
-        self._views = board_views(unit.colour, count, seed, nearest)
+        farthest = min(FARTHEST, unit.colour.fx * SQUARE / LEAST_SQUARE)
+        self._views = board_views(unit.colour, count, seed, nearest, farthest)
         room, _ = plain_room()
         lighting = Lighting(np.full(3, 0.8), np.full(3, 0.6), ())  # no lamp: no shadows to look for
         speck = plain_mesh(
