@@ -15,7 +15,7 @@ from bathbot_depthcorr.correction_model import CameraUnit, Correction, Depth
 from bathbot_depthcorr.disparity_kernel import correct_two_imagers
 from bathbot_depthcorr.ripple import tame
 
-_STEEPEST = 0.5  # slope of the right map along u: keeps the correction monotone
+_STEEPEST = 0.3  # slope of the right map along u: keeps the correction monotone
 
 
 def tame_map(coefficients: ArrayLike, width: int) -> NDArray[np.float64]:

@@ -144,8 +144,8 @@ def _table_2(rows: Sequence[Mapping[str, Any]]) -> Figure:
             place + (shift - 1) * width, [row[key] for row in rows], width, yerr=bars, capsize=2,
             color=colour, label=label,
         )  # fmt: skip
-    corrected.set(title="after correction", ylabel="mean absolute error [mm]")
-    corrected.legend(fontsize="small")
+    corrected.set(title="after correction", ylabel="mean absolute error [mm]", ylim=(0.0, 2.0))
+    corrected.legend(fontsize="small", loc="upper center", ncols=3)
     for axes in (raw, corrected):
         axes.set_xticks(place, [str(row["no"]) for row in rows])
         axes.set_xlabel("position of Table 2")
@@ -162,8 +162,9 @@ def _sweeps(sweeps: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:
             axes.plot(
                 places, [row[method] for row in rows], marker="o", ms=4, color=COLOURS[method], label=method
             )
-        axes.set(xlabel=SWEEPS[name][0], ylabel="systematic error [mm]", yscale="log")
-        axes.grid(visible=True, which="both", alpha=0.25)
+        axes.set(xlabel=SWEEPS[name][0], ylabel="systematic error [mm]")
+        axes.set_ylim(bottom=0.0)
+        axes.grid(visible=True, alpha=0.25)
     for axes in grid[len(sweeps) :]:
         axes.set_axis_off()
     grid[0].legend(fontsize="small")
