@@ -141,6 +141,17 @@ def test_frontal_views_keep_the_factorys_focal_length(sensor):
     assert abs(found.camera.fx / wrong.fx - 1.0) < 0.0015
 
 
+def test_squares_are_measured_by_the_default_model_whatever_is_fitted(sensor, boards):
+    """The paper's two stages leave millimetres to the transform; that is no fault of the squares."""
+    views, reference = views_from_boards(boards, BOARD, COLOUR)
+    _, report = calibrate(views, sensor.factory, "two_stage", reference)
+    assert not any("by the board" in warning for warning in report.warnings)
+    wrong = Chessboard(square=0.047)
+    views, reference = views_from_boards(boards, wrong, COLOUR)
+    with pytest.raises(CalibrationRefusedError, match="--square"):
+        calibrate(views, sensor.factory, "two_stage", reference)
+
+
 def test_a_calibration_from_boards_reports_what_it_reached(sensor, boards, tmp_path):
     views, reference = views_from_boards(boards, BOARD, COLOUR)
     correction, report = calibrate(views, sensor.factory, reference=reference)
