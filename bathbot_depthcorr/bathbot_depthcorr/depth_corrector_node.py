@@ -8,19 +8,17 @@ from numpy.typing import NDArray
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Header
 
 from bathbot_depthcorr.camera_health import camera_health
+from bathbot_depthcorr.corrected_output_node import CorrectedOutput
 from bathbot_depthcorr.correction import load
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.frame_quality import quality_values
 from bathbot_depthcorr.live_correction import Level, LiveCorrection, Verdict
 from bathbot_depthcorr.messages import (
-    DepthImage,
     depth_from_image,
     extrinsics_from_transform,
     header_of,
-    image_mm_from_depth,
     pinhole_from_info,
     transform_from_extrinsics,
 )
@@ -51,16 +49,7 @@ class DepthCorrector(StageNode):
         if self._stored is not None:
             camera = self._stored.depth_camera
             self._stored.apply(np.full((camera.height, camera.width), np.nan, np.float32))
-        self._depth = self.create_lifecycle_publisher(Image, "depth/corrected/image", WAITING)
-        self._depth_info = self.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", WAITING)
-        self._transform = self.create_lifecycle_publisher(
-            Extrinsics, "depth/corrected/depth_to_color", LATCHED
-        )
-        self._depth_mm = (
-            self.create_lifecycle_publisher(Image, "depth/corrected/image_mm", 5)
-            if settings.publish_mm
-            else None
-        )
+        self._output = CorrectedOutput(self, WAITING, settings.publish_mm)
 
     def start(self) -> None:
         """Listen to the camera."""
@@ -69,7 +58,6 @@ class DepthCorrector(StageNode):
         self._factory: Extrinsics | None = None
         self._told: Verdict | None = None
         self._raw: NDArray[np.float32] | None = None
-        self._out: DepthImage | None = None
         self._judged, self._seen, self._fps = 0.0, 0.0, 0.0
         self._last = (time.monotonic(), 0)
         self._registered = self._open_region()
@@ -98,9 +86,7 @@ class DepthCorrector(StageNode):
 
     def teardown(self) -> None:
         """Let go of the publishers."""
-        for publisher in (self._depth, self._depth_info, self._transform, self._depth_mm):
-            if publisher is not None:
-                self.destroy_publisher(publisher)
+        self._output.close()
 
     def _open_region(self) -> RegisteredOutput | None:
         """Offer the registered region, if one is wanted."""
@@ -146,34 +132,26 @@ class DepthCorrector(StageNode):
         if self._live.active is None:
             return
         if self._stored is not None:
-            self._transform.publish(extrinsics_from_transform(self._stored.T_colour_depth))
+            self._output.publish_transform(extrinsics_from_transform(self._stored.T_colour_depth))
         elif self._factory is not None:
-            self._transform.publish(self._factory)
+            self._output.publish_transform(self._factory)
 
     def _correct(self, message: bytes) -> None:
         """Correct one frame, in memory that the frame before used; runs in the worker's thread."""
         image = read_image(message)
         self._raw = depth_from_image(image, self._raw)
-        if self._out is None or self._out.depth.shape != self._raw.shape:
-            self._out = DepthImage(*self._raw.shape)
-        corrected = self._live.process(self._raw, self._out.depth)
+        corrected = self._live.process(self._raw, self._output.pixels(self._raw.shape))
         if corrected is not None:
-            self._publish(corrected, header_of(image))
+            header = header_of(image)
+            self._output.publish(header, self._info)
+            if self._registered is not None:
+                self._registered.publish(corrected, header.stamp)
             self._seen = time.monotonic()
             if self._seen - self._judged > JUDGE_EVERY:
                 self._judged = self._seen
                 self._live.judge(corrected)
         if self._verdict() != self._told:
             self._tell()
-
-    def _publish(self, corrected: NDArray[np.float32], header: Header) -> None:
-        self._out.message.header = self._info.header = header
-        self._depth.publish(self._out.message)
-        self._depth_info.publish(self._info)
-        if self._depth_mm is not None:
-            self._depth_mm.publish(image_mm_from_depth(corrected, header))
-        if self._registered is not None:
-            self._registered.publish(corrected, header.stamp)
 
     def _fail(self, error: Exception) -> None:
         self._told = None
