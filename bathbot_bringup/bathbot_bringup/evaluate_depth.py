@@ -15,11 +15,11 @@ from bathbot_bringup.depth_evaluation.figures import MAP_DISTANCES, save_figures
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.one_unit import evaluate_unit, signed_map
 from bathbot_bringup.depth_evaluation.recording import Recording
+from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit
 from bathbot_bringup.depth_evaluation.summary import OURS, summarise
 from bathbot_bringup.depth_evaluation.sweeps import sweep_all
 from bathbot_bringup.depth_evaluation.table_2 import replay, table
 from bathbot_bringup.depth_evaluation.tables import print_summary
-from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.result_file import write_json
 from bathbot_bringup.sim.d455_unit import find_preset, make_unit
@@ -66,7 +66,7 @@ def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) ->
         task = progress.add_task("", total=len(settings.seeds))
         for seed in settings.seeds:
             tell = _teller(progress, task, seed)
-            unit = UnitUnderTest(seed, find_preset(settings.preset), *settings.size)
+            unit = SimulatedUnit(seed, find_preset(settings.preset), *settings.size)
             result, fitted = evaluate_unit(
                 unit, Recording(settings.poses, settings.frames), list(METHODS), tell
             )
@@ -99,7 +99,7 @@ def _teller(progress: Progress, task: Any, seed: int) -> Callable[[str], None]:
     return lambda step: progress.update(task, description=f"unit {seed}: {step}")
 
 
-def _signed_maps(unit: UnitUnderTest, fitted: dict[str, Fitted]) -> dict[str, dict[float, np.ndarray]]:
+def _signed_maps(unit: SimulatedUnit, fitted: dict[str, Fitted]) -> dict[str, dict[float, np.ndarray]]:
     return {
         name: {distance: signed_map(unit, distance, correction) for distance in MAP_DISTANCES}
         for name, correction in fitted.items()

@@ -11,11 +11,11 @@ from bathbot_bringup.depth_evaluation.bootstrap import interval, verdict
 from bathbot_bringup.depth_evaluation.measures import errors, flatness
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.recording import Recording
+from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit, facing
 from bathbot_bringup.depth_evaluation.surfaces import Cylinder
 from bathbot_bringup.depth_evaluation.sweeps import SWEEPS, circumstances
 from bathbot_bringup.depth_evaluation.table_2 import PUBLISHED_CORRECTED, PUBLISHED_RAW, replay
 from bathbot_bringup.depth_evaluation.targets import DISTANCES, targets, wall
-from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest, facing
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.sim.d455_unit import PRESETS
 from bathbot_depthcorr.correction_model import Identity
@@ -32,7 +32,7 @@ RAYS = CAMERA.directions(CAMERA.pixel_grid())
 
 @pytest.fixture(scope="module")
 def unit():
-    return UnitUnderTest(3, PRESETS["paper"], 320, 180)
+    return SimulatedUnit(3, PRESETS["paper"], 320, 180)
 
 
 @settings(max_examples=30, deadline=None)
@@ -110,9 +110,9 @@ def test_table_2_sees_the_raw_error_of_the_sensor(unit):
 
 
 def test_a_unit_is_the_same_again_and_unlike_another():
-    again, other = (UnitUnderTest(seed, PRESETS["paper"], 320, 180) for seed in (3, 4))
+    again, other = (SimulatedUnit(seed, PRESETS["paper"], 320, 180) for seed in (3, 4))
     truth = again.truth(wall(0.8))
-    first = UnitUnderTest(3, PRESETS["paper"], 320, 180).frame(truth, 0, 0)
+    first = SimulatedUnit(3, PRESETS["paper"], 320, 180).frame(truth, 0, 0)
     np.testing.assert_array_equal(first, again.frame(truth, 0, 0))
     assert (again.frame(truth, 0, 0) != other.frame(truth, 0, 0)).mean() > 0.5
 

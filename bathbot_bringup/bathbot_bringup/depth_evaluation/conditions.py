@@ -4,8 +4,8 @@ import numpy as np
 
 from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.measures import errors
+from bathbot_bringup.depth_evaluation.simulated_unit import CELSIUS, SimulatedUnit
 from bathbot_bringup.depth_evaluation.targets import wall
-from bathbot_bringup.depth_evaluation.unit_under_test import CELSIUS, UnitUnderTest
 from bathbot_bringup.sim.d455 import Air
 
 DISTANCE = 0.75  # [m]
@@ -20,7 +20,7 @@ CONDITIONS = {
 }
 
 
-def condition_errors(unit: UnitUnderTest, correction: Fitted) -> dict[str, float]:
+def condition_errors(unit: SimulatedUnit, correction: Fitted) -> dict[str, float]:
     """Mean absolute error [mm] of one frame of a wall, condition by condition.
 
     Pixels off by more than 20 mm are left out: wet surfaces give wrong matches, which no correction knows.

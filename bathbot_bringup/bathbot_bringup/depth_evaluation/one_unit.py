@@ -12,8 +12,8 @@ from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.measures import Errors, Flatness, errors, flatness
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.recording import Recording
+from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit, facing
 from bathbot_bringup.depth_evaluation.targets import Target, targets, wall
-from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest, facing
 
 FRAME_DISTANCES = (0.6, 0.7, 0.8, 0.9)  # [m] of the walls seen with noise
 FRAMES = 12  # of one still wall, to tell temporal from frozen noise
@@ -75,7 +75,7 @@ class UnitResult(NamedTuple):
 
 
 def fit_methods(
-    unit: UnitUnderTest, views: Sequence, names: Sequence[str], tell: Callable[[str], None]
+    unit: SimulatedUnit, views: Sequence, names: Sequence[str], tell: Callable[[str], None]
 ) -> tuple[dict[str, Fitted], list[Fit]]:
     """Fit each method to the same views."""
     fitted, fits = {}, []
@@ -91,7 +91,7 @@ def fit_methods(
     return fitted, fits
 
 
-def systematic(unit: UnitUnderTest, target: Target, fitted: dict[str, Fitted]) -> list[Sample]:
+def systematic(unit: SimulatedUnit, target: Target, fitted: dict[str, Fitted]) -> list[Sample]:
     """Errors without noise and rounding on one target."""
     truth = unit.truth(target.surface)
     judged = np.ones(truth.shape, dtype=bool)
@@ -109,7 +109,7 @@ def systematic(unit: UnitUnderTest, target: Target, fitted: dict[str, Fitted]) -
 
 
 def one_frame(
-    unit: UnitUnderTest, distance: float, pose: int, fitted: dict[str, Fitted]
+    unit: SimulatedUnit, distance: float, pose: int, fitted: dict[str, Fitted]
 ) -> list[FrameSample]:
     """Errors of one frame of a frontal wall."""
     surface = wall(distance)
@@ -123,7 +123,7 @@ def one_frame(
     return found
 
 
-def split_noise(unit: UnitUnderTest, fitted: dict[str, Fitted]) -> list[Noise]:
+def split_noise(unit: SimulatedUnit, fitted: dict[str, Fitted]) -> list[Noise]:
     """Systematic, frozen and temporal error apart, on many frames of one still wall."""
     truth = unit.truth(wall(NOISE_DISTANCE))
     frames, clean = [unit.frame(truth, number, 99) for number in range(FRAMES)], unit.clean(truth)
@@ -141,7 +141,7 @@ def split_noise(unit: UnitUnderTest, fitted: dict[str, Fitted]) -> list[Noise]:
 
 
 def evaluate_unit(
-    unit: UnitUnderTest, recording: Recording, names: Sequence[str], tell: Callable[[str], None]
+    unit: SimulatedUnit, recording: Recording, names: Sequence[str], tell: Callable[[str], None]
 ) -> tuple[UnitResult, dict[str, Fitted]]:
     """Calibrate one unit by every method and judge each.
 
@@ -172,7 +172,7 @@ def evaluate_unit(
     return UnitResult(unit.seed, reference.focal_change, fits, samples, single, noise), fitted
 
 
-def signed_map(unit: UnitUnderTest, distance: float, correction: Fitted) -> NDArray[np.float64]:
+def signed_map(unit: SimulatedUnit, distance: float, correction: Fitted) -> NDArray[np.float64]:
     """Signed error without noise of a frontal wall [mm], every fourth row and column."""
     surface = wall(distance)
     depth = correction.apply(unit.clean(unit.truth(surface)))[::4, ::4]

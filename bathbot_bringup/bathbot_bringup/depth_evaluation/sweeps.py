@@ -9,8 +9,8 @@ import numpy as np
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.one_unit import systematic
 from bathbot_bringup.depth_evaluation.recording import Recording
+from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit
 from bathbot_bringup.depth_evaluation.targets import targets
-from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest
 from bathbot_bringup.sim.d455_unit import Preset
 
 SWEPT = ("basso", "two_stage", "disparity_spline")
@@ -61,7 +61,7 @@ def sweep(
         found: dict[str, list[float]] = {method: [] for method in SWEPT}
         for seed in seeds:
             tell(f"{label}: {value:g}, unit {seed}")
-            unit = UnitUnderTest(seed, changed, *size)
+            unit = SimulatedUnit(seed, changed, *size)
             views, _ = unit.calibration_views(recording)
             fitted = {method: METHODS[method].fit(views, unit.factory) for method in SWEPT}
             for target in targets(seed):

@@ -13,8 +13,8 @@ from bathbot_depthcorr.rigid import inverse, transform_points
 
 from bathbot_bringup.depth_evaluation.corrected_depth import Fitted
 from bathbot_bringup.depth_evaluation.measures import CIRCLE
+from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit
 from bathbot_bringup.depth_evaluation.targets import wall
-from bathbot_bringup.depth_evaluation.unit_under_test import UnitUnderTest
 
 DRAWS = 20  # per position and unit
 
@@ -42,7 +42,7 @@ PUBLISHED_RAW = float(np.mean([row.raw_error for row in PUBLISHED]))  # 18.329 m
 PUBLISHED_CORRECTED = float(np.mean([row.z_error for row in PUBLISHED]))  # 1.111 mm
 
 
-def replay(unit: UnitUnderTest, fitted: dict[str, Fitted], draws: int = DRAWS) -> dict[str, np.ndarray]:
+def replay(unit: SimulatedUnit, fitted: dict[str, Fitted], draws: int = DRAWS) -> dict[str, np.ndarray]:
     """See each position some times, the noise of texture and sensor drawn anew.
 
     Returns:

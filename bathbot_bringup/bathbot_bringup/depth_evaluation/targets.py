@@ -6,8 +6,8 @@ import numpy as np
 from bathbot_depthcorr.plane import Plane
 from scipy.spatial.transform import Rotation
 
+from bathbot_bringup.depth_evaluation.simulated_unit import Surface
 from bathbot_bringup.depth_evaluation.surfaces import Cylinder
-from bathbot_bringup.depth_evaluation.unit_under_test import Surface
 
 DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.4, 2.0)  # [m]
 WORKING = (0.62, 0.88)  # [m], the distances of the paper's Table 2

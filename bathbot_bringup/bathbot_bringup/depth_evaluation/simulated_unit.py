@@ -45,7 +45,7 @@ class Surface(Protocol):
         ...
 
 
-class UnitUnderTest:
+class SimulatedUnit:
     """A simulated camera, with and without its noise."""
 
     def __init__(self, seed: int, preset: Preset, width: int, height: int) -> None:
