@@ -8,7 +8,6 @@ import signal
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
-from types import FrameType
 from typing import Any
 
 import typer
@@ -27,6 +26,7 @@ from bathbot_bringup import (
     simulate_command,
     train_command,
 )
+from bathbot_bringup.interruption import interrupt
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
@@ -88,10 +88,6 @@ def _about_option(error: Any, arguments: Sequence[str]) -> str:
     return f"{said}{seen}; see {command} --help"
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and give its exit code."""
     try:
@@ -114,7 +110,7 @@ def run(arguments: Sequence[str]) -> int:
 def main() -> None:
     """Run the command line of this process."""
     for number in (signal.SIGINT, signal.SIGTERM):  # also when a shell started us with them ignored
-        signal.signal(number, _interrupt)
+        signal.signal(number, interrupt)
     sys.exit(run(sys.argv[1:]))
 
 

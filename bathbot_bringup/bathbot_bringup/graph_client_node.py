@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
+from bathbot_bringup.interruption import forget_interruption, raise_if_interrupted
 from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 
 _TICK = 0.02  # [s]
@@ -64,11 +65,13 @@ class GraphClient:
             Whether the condition held in time.
         """
         deadline = time.monotonic() + timeout
+        forget_interruption()
         while not condition():
             if time.monotonic() > deadline:
                 return False
             self._executor.spin_once(timeout_sec=_TICK)
             self.watch()
+            raise_if_interrupted()
         return True
 
     def action(self, kind: type, name: str) -> ActionClient:
