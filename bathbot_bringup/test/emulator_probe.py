@@ -133,6 +133,8 @@ class Probe:
 
     def send(self, goal):
         self.until(self.approach.server_is_ready)
+        settled = time.monotonic() + 0.5  # a server that has not found its client yet loses the answer
+        self.until(lambda: time.monotonic() > settled)
         return self.result(self.approach.send_goal_async(goal))
 
     def close(self):
