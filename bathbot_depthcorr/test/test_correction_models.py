@@ -3,7 +3,6 @@ import pytest
 from bathbot_depthcorr.bspline_surface import SplineGrid
 from bathbot_depthcorr.correction import (
     MODELS,
-    CalibrationFileError,
     CameraUnit,
     Identity,
     OtherCameraError,
@@ -12,41 +11,13 @@ from bathbot_depthcorr.correction import (
 from bathbot_depthcorr.correction_model import DepthShapeError
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
 from bathbot_depthcorr.ripple import ripple_terms, tame
-from bathbot_depthcorr.two_imager import TwoImager, tame_map
-from bathbot_depthcorr.two_stage import TwoStage, make_monotone
+from bathbot_depthcorr.two_imager import tame_map
+from bathbot_depthcorr.two_stage import make_monotone
+from correction_makers import CAMERA, MAKERS, UNIT, spline, two_imager, two_stage
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
-
-CAMERA = Pinhole(64, 36, 32.0, 32.0, 32.0, 18.0)
-UNIT = CameraUnit(CAMERA, transform_from(translation=(-0.059, 0.001, 0.002)), "SN-1", 31.5)
-
-
-def spline(seed=0, strength=1.0, unit=UNIT):
-    rng = np.random.default_rng(seed)
-    return DisparitySpline(
-        unit, strength * rng.normal(0.0, 0.02, (4, 5)), strength * rng.normal(0.0, 0.1, (6, 8)),
-        strength * rng.normal(0.0, 0.05, 4), 0.07, np.full((3, 5, 9), 1e-4),
-    )  # fmt: skip
-
-
-def two_stage(seed=0, strength=1.0):
-    rng = np.random.default_rng(seed)
-    local = np.array([0.0, 1.0, 0.0]) + strength * rng.normal(0.0, (0.01, 0.2, 0.3), (5, 9, 3))
-    return TwoStage(UNIT, local, [0.0, 1.0 + 0.02 * strength, 0.01 * strength], (0.4, 1.8), 0.07)
-
-
-def two_imager(seed=0, strength=1.0):
-    rng = np.random.default_rng(seed)
-    maps = strength * rng.normal(0.0, 0.1, (2, 6, 8))
-    return TwoImager(
-        UNIT, 0.02 * strength, *maps, strength * rng.normal(0.0, 0.05, 4), 0.07, np.full((4, 5, 9), 1e-4)
-    )
-
-
-MAKERS = {"disparity_spline": spline, "two_stage": two_stage, "two_imager": two_imager}
 
 
 def made(name, seed=0):
@@ -252,62 +223,3 @@ def test_another_camera_is_refused(camera, serial, words):
 def test_a_frame_of_another_size_is_refused(name):
     with pytest.raises(DepthShapeError, match=r"shape \(18, 32\), calibration is for \(36, 64\)"):
         made(name).apply(np.ones((18, 32), np.float32))
-
-
-class TestForeignFiles:
-    def refused(self, path, words):
-        with pytest.raises(CalibrationFileError, match=words) as caught:
-            load(path)
-        assert "\n" not in str(caught.value)
-
-    def test_missing(self, tmp_path):
-        self.refused(tmp_path / "absent.npz", "no depth calibration at .*absent.npz; make one with")
-
-    def test_empty_text_and_folder(self, tmp_path):
-        (tmp_path / "empty.npz").write_bytes(b"")
-        self.refused(tmp_path / "empty.npz", r"\(0 bytes\) is no depth calibration")
-        (tmp_path / "text.npz").write_text("hello")
-        self.refused(tmp_path / "text.npz", "is no depth calibration")
-        self.refused(tmp_path, "cannot read")
-
-    def test_cut_off_anywhere(self, tmp_path):
-        spline().save(tmp_path / "whole.npz")
-        data = (tmp_path / "whole.npz").read_bytes()
-        for share in (0.1, 0.5, 0.9, 0.99):
-            (tmp_path / "cut.npz").write_bytes(data[: int(share * len(data))])
-            self.refused(tmp_path / "cut.npz", "is cut off")
-
-    def test_single_array(self, tmp_path):
-        np.save(tmp_path / "array.npy", np.zeros(3))
-        self.refused(tmp_path / "array.npy", "is no depth calibration")
-
-    def test_other_npz(self, tmp_path):
-        np.savez(tmp_path / "other.npz", x=1)
-        self.refused(tmp_path / "other.npz", "format 'none', expected 'bathbot depth correction 1'")
-
-    @pytest.mark.parametrize(
-        ("change", "words"),
-        [
-            (
-                {"model": "wizard"},
-                "model 'wizard', known are disparity_spline, two_stage, two_imager, identity",
-            ),
-            ({"T_colour_depth": np.eye(3)}, "lacks or garbles"),
-            ({"size": np.array([0, 0])}, "describe no camera"),
-            ({"ripple": np.full(4, np.nan)}, "not finite"),
-            ({"scale": np.zeros(3)}, "lacks or garbles"),
-            ({"offset": None}, "lacks or garbles a value: 'offset'"),
-        ],
-    )
-    def test_garbled_values(self, tmp_path, change, words):
-        spline().save(tmp_path / "unit.npz")
-        with np.load(tmp_path / "unit.npz") as file:
-            contents = dict(file)
-        contents = {key: value for key, value in {**contents, **change}.items() if value is not None}
-        np.savez(tmp_path / "unit.npz", **contents)
-        self.refused(tmp_path / "unit.npz", words)
-
-    def test_nothing_is_left_where_nothing_can_be_written(self, tmp_path):
-        with pytest.raises(CalibrationFileError, match="cannot write"):
-            spline().save(tmp_path / "no" / "folder.npz")
-        assert not list(tmp_path.iterdir())
