@@ -5,17 +5,11 @@ import pytest
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.recording import Recording
 from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit
+from bathbot_bringup.depth_evaluation.targets import wall
 from bathbot_bringup.sim.d455_unit import find_preset
-from bathbot_depthcorr.plane import Plane
-from scipy.spatial.transform import Rotation
 
 BASELINES = ["none", "tare", "global_quadratic", "clams", "herrera", "basso"]
 JOINT = ["global_quadratic", "herrera", "basso", "two_stage"]
-
-
-def wall(distance, tilt_x, tilt_y):
-    normal = Rotation.from_euler("xy", (tilt_x, tilt_y)).apply((0.0, 0.0, -1.0))
-    return Plane(normal, float(normal[2] * distance))
 
 
 def test_the_table_names_every_method_in_order_and_says_a_line_about_it():

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bathbot_depthcorr.correction_model import CameraUnit, Correction
+from bathbot_depthcorr.fitting import Fit
 from bathbot_depthcorr.held_out_view import wall_error
 from bathbot_depthcorr.views import CalibrationView, block_means, block_size
 
 SIZES = (6, 9, 12, 15)  # numbers of views beside all; each costs a fit
 PATCH = 4  # blocks along the edge of a patch
-Fit = Callable[[Sequence[CalibrationView], CameraUnit], Correction]
 
 
 class LearningPoint(NamedTuple):

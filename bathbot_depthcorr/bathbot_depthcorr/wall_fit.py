@@ -99,6 +99,48 @@ def solve_walls(walls: Sequence[Wall], columns: Sequence[Array], prior: Array, u
     return Solution(state[:count], bundle.transform(state), covariance)
 
 
+class WallSight(NamedTuple):
+    """How the N blocks of a wall should look from a place.
+
+    Attributes:
+        disparity: True disparity [px], shape (N,).
+        by_motion: Its derivatives by a turn [rad] and a shift [m] of the transform, shape (N, 6).
+        by_plane: Its derivatives by the wall's m, shape (N, 3).
+    """
+
+    disparity: Array
+    by_motion: Array
+    by_plane: Array
+
+
+def see_wall(wall: Wall, plane: Array, transform: Array, focal_baseline: float) -> WallSight:
+    """Predict a wall m.x = 1 along the depth rays of its blocks.
+
+    Args:
+        wall: Its blocks.
+        plane: m in the colour frame [1/m], shape (3,).
+        transform: Depth -> colour, shape (4, 4).
+        focal_baseline: f B [px m].
+    """
+    rotated = wall.directions @ transform[:3, :3].T
+    below = 1.0 - float(plane @ transform[:3, 3])
+    truth = focal_baseline * (rotated @ plane) / below
+    by_rotation = np.cross(rotated, plane) * (focal_baseline / below)
+    by_plane = rotated * (focal_baseline / below) + np.outer(truth / below, transform[:3, 3])
+    return WallSight(truth, np.hstack([by_rotation, np.outer(truth / below, plane)]), by_plane)
+
+
+def moved_transform(unit: CameraUnit, motion: Array) -> Array:
+    """The factory's depth -> colour transform after a turn [rad] and a shift [m], shape (6,)."""
+    turn = Rotation.from_rotvec(motion[:3]).as_matrix()
+    return transform_from(turn @ unit.T_colour_depth[:3, :3], unit.T_colour_depth[:3, 3] + motion[3:])
+
+
+def huber_weight(size: Array) -> Array:
+    """Weights of residuals given in sigma; none for what is no wall."""
+    return np.where(size < GROSS, np.minimum(1.0, KNEE / np.maximum(size, 1e-9)), 0.0)
+
+
 class _Bundle:
     """The equations; a state is the coefficients, then a rotation vector [rad] and a translation [m]."""
 
@@ -109,9 +151,7 @@ class _Bundle:
 
     def transform(self, state: Array) -> Array:
         """Depth -> colour."""
-        factory = self.unit.T_colour_depth
-        turn = Rotation.from_rotvec(state[-6:-3]).as_matrix()
-        return transform_from(turn @ factory[:3, :3], factory[:3, 3] + state[-3:])
+        return moved_transform(self.unit, state[-6:])
 
     def spread(self, state: Array, planes: Sequence[Array], gate: float) -> float:
         """Robust standard deviation [px] of the residuals within a gate [px]."""
@@ -128,9 +168,7 @@ class _Bundle:
         views = []
         for number, (wall, plane) in enumerate(zip(self.walls, planes, strict=True)):
             residual, by_motion, by_plane = self._residual(number, plane, state, transform)
-            size = np.abs(residual) / sigma
-            weight = np.where(size < GROSS, np.minimum(1.0, KNEE / np.maximum(size, 1e-9)), 0.0)
-            weight /= (CORRELATED * sigma) ** 2
+            weight = huber_weight(np.abs(residual) / sigma) / (CORRELATED * sigma) ** 2
             index, value = self._rows(number, by_motion)
             cross = np.zeros((3, len(state)))
             accumulate(index, value, weight, residual, by_plane, hessian, gradient, cross)
@@ -157,14 +195,10 @@ class _Bundle:
         self, number: int, plane: Array, state: Array, transform: Array
     ) -> tuple[Array, Array, Array]:
         """Residual [px], (N,), and its derivatives by the motion, (N, 6), and the wall's m, (N, 3)."""
-        wall, focal_baseline = self.walls[number], self.unit.focal_baseline
-        rotated = wall.directions @ transform[:3, :3].T
-        below = 1.0 - float(plane @ transform[:3, 3])
-        truth = focal_baseline * (rotated @ plane) / below
-        residual = wall.disparity + self.columns[number].times(state) - truth
-        by_rotation = rotated @ _cross_matrix(plane) * (focal_baseline / below)
-        by_plane = rotated * (focal_baseline / below) + np.outer(truth / below, transform[:3, 3])
-        return residual, np.hstack([-by_rotation, -np.outer(truth / below, plane)]), -by_plane
+        wall = self.walls[number]
+        seen = see_wall(wall, plane, transform, self.unit.focal_baseline)
+        residual = wall.disparity + self.columns[number].times(state) - seen.disparity
+        return residual, -seen.by_motion, -seen.by_plane
 
 
 @njit(cache=True, nogil=True)
@@ -179,8 +213,3 @@ def accumulate(index, value, weight, residual, by_plane, hessian, gradient, cros
                 cross[k, i] += by_plane[n, k] * weighted
             for b in range(a + 1):
                 hessian[i, index[n, b]] += weighted * value[n, b]
-
-
-def _cross_matrix(vector: Array) -> Array:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

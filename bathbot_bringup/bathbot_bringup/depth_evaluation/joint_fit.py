@@ -13,17 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.disparity_walls import Wall
-from bathbot_depthcorr.rigid import transform_from
 from bathbot_depthcorr.wall_fit import (
     CORRELATED,
     GROSS,
-    KNEE,
     LEAST_SIGMA,
     PRIOR_ROTATION,
     PRIOR_TRANSLATION,
+    huber_weight,
+    moved_transform,
+    see_wall,
 )
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.depth_evaluation.cell_map import cell_shape
 
@@ -103,24 +103,14 @@ class _JointFit:
         return JointResult(self.state[:-6], self.cells.reshape(cell_shape(self.unit)), self._transform())
 
     def _transform(self) -> Array:
-        turn, shift = self.state[-6:-3], self.state[-3:]
-        factory = self.unit.T_colour_depth
-        rotation = Rotation.from_rotvec(turn).as_matrix() @ factory[:3, :3]
-        return transform_from(rotation, factory[:3, 3] + shift)
+        return moved_transform(self.unit, self.state[-6:])
 
     def _rows(self, wall: Wall, plane: Array) -> "_Rows":
         """Residual and derivatives of one wall."""
         predicted = self.model(wall, self.state[:-6], self.cells[wall.blocks])
-        transform, focal_baseline = self._transform(), self.unit.focal_baseline
-        rotated = wall.directions @ transform[:3, :3].T
-        below = 1.0 - float(plane @ transform[:3, 3])
-        truth = focal_baseline * (rotated @ plane) / below
-        by_rotation = np.cross(rotated, plane) * (focal_baseline / below)
-        by_translation = np.outer(truth / below, plane)
-        by_plane = rotated * (focal_baseline / below) + np.outer(truth / below, transform[:3, 3])
-        jacobian = np.hstack([predicted.by_shared, -by_rotation, -by_translation])
-        residual = predicted.disparity - truth
-        return _Rows(residual, jacobian, -by_plane, predicted.by_cell)
+        seen = see_wall(wall, plane, self._transform(), self.unit.focal_baseline)
+        jacobian = np.hstack([predicted.by_shared, -seen.by_motion])
+        return _Rows(predicted.disparity - seen.disparity, jacobian, -seen.by_plane, predicted.by_cell)
 
     def _step(self, rows: list["_Rows"], sigma: float) -> None:
         """One Gauss-Newton step; the cells, each alone in its rows, are eliminated (Schur complement)."""
@@ -134,7 +124,7 @@ class _JointFit:
             place = np.arange(count + 3 * index, count + 3 * index + 3)
             columns = np.concatenate([np.arange(count), place])
             jacobian = np.hstack([row.jacobian, row.by_plane])
-            weight = _huber_weight(np.abs(row.residual) / sigma) / (CORRELATED * sigma) ** 2
+            weight = huber_weight(np.abs(row.residual) / sigma) / (CORRELATED * sigma) ** 2
             weighted = jacobian * weight[:, None]
             hessian[np.ix_(columns, columns)] += weighted.T @ jacobian
             hessian[np.ix_(place, place)] += wall.information
@@ -157,8 +147,3 @@ class _Rows(NamedTuple):
     jacobian: Array  # by shared parameters and motion, (N, P + 6)
     by_plane: Array  # (N, 3)
     by_cell: Array  # (N,)
-
-
-def _huber_weight(size: Array) -> Array:
-    """Weights of residuals given in sigma; none for what is no wall."""
-    return np.where(size < GROSS, np.minimum(1.0, KNEE / np.maximum(size, 1e-9)), 0.0)
