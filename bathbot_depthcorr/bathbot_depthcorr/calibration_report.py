@@ -11,7 +11,7 @@ from bathbot_depthcorr.wall_guards import WallComparison
 
 
 class CalibrationReport(NamedTuple):
-    """What a calibration found; `lines` says it in words.
+    """What a calibration found; `references` says in words what decides its accuracy.
 
     Attributes:
         model: Name of the model.
@@ -55,22 +55,6 @@ class CalibrationReport(NamedTuple):
     def after(self) -> float:
         """Mean absolute error of corrected depth on held-out views [m]."""
         return float(np.mean([view.absolute_after for view in self.held_out]))
-
-    def lines(self) -> list[str]:
-        """The report in words, one line each."""
-        table = [
-            f"  {view.distance:5.2f} m"
-            f"   {view.absolute_before * 1e3:7.2f} -> {view.absolute_after * 1e3:5.2f} mm"
-            f"   signed {view.signed_before * 1e3:+7.2f} -> {view.signed_after * 1e3:+5.2f} mm"
-            f"   plane RMSE {view.rmse_before * 1e3:5.2f} -> {view.rmse_after * 1e3:5.2f} mm"
-            for view in self.held_out
-        ]
-        return [
-            f"model {self.model}, {self.views} views, {len(self.held_out)} of them held out for this table",
-            "mean absolute error before -> after:", *table,
-            f"mean {self.before * 1e3:.2f} -> {self.after * 1e3:.2f} mm",
-            *self.references(),
-        ]  # fmt: skip
 
     def references(self) -> list[str]:
         """What decides the absolute accuracy, and the warnings, one line each."""

@@ -165,7 +165,7 @@ def test_a_folder_becomes_a_calibration(tmp_path):
     report = calibrate_bag(tmp_path / "views", tmp_path / "unit.npz")
     assert report.after < 0.2 * report.before
     assert load(tmp_path / "unit.npz").serial == "TEST-1"
-    assert not any("focal" in line for line in report.lines())
+    assert not any("focal" in line for line in report.references())
     assert [point.views for point in report.learning] == [6, 9, 12, 14]
 
 
