@@ -46,9 +46,6 @@ class DepthEvaluation:
         make_unit(0, find_preset(self.preset), *self.size)
         if self.poses < LEAST_POSES:
             raise InputError(f"a calibration needs at least {LEAST_POSES} poses, got {self.poses}")
-        for path in (self.figures, self.json_file.parent if self.json_file else None):
-            if path is not None and not path.is_dir():
-                raise InputError(f"folder {path} does not exist; create it or choose another")
 
 
 def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) -> dict[str, Any]:
@@ -58,6 +55,9 @@ def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) ->
         The numbers, as they stand in the JSON file.
     """
     console = console or Console(highlight=False)
+    for folder in (settings.figures, settings.json_file.parent if settings.json_file else None):
+        if folder is not None:  # a place that cannot be written is known now, not after minutes of work
+            folder.mkdir(parents=True, exist_ok=True)
     results, replays, conditions, maps = [], [], [], {}
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=console, transient=True

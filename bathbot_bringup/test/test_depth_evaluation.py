@@ -191,7 +191,7 @@ def test_the_command_writes_numbers_and_pictures(tmp_path, capsys):
         (("--preset", "magic"), "no D455 preset 'magic'"),
         (("--size", "640x480"), "16:9 pictures"),
         (("--poses", "4"), "--poses"),
-        (("--json", "/nowhere/at/all.json"), "folder /nowhere/at does not exist"),
+        (("--json", "/dev/null/depth.json"), "/dev/null"),
     ],
 )
 def test_mistakes_are_one_line(change, words, capsys):
