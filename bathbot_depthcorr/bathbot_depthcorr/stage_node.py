@@ -4,17 +4,19 @@ A stage overrides `setup`, `start`, `stop` and, where it holds something, `teard
 `BathbotError` raised in any of them becomes one log line, a diagnostic and a failed transition.
 """
 
+import gc
 import os
 import signal
 import sys
 import threading
 from dataclasses import MISSING, fields
-from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fastdds.xml")))
+from bathbot_depthcorr import transport
+
 os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+os.environ.setdefault(transport.RANGE, transport.LOCAL)
+os.environ.setdefault(transport.PROFILES, transport.PICTURES)
 # Synchronous publishing waits for slow readers with the interpreter's lock held: a busy recorder would
 # stall the control loop of the arm.
 os.environ.setdefault("RMW_FASTRTPS_PUBLICATION_MODE", "ASYNCHRONOUS")
@@ -181,6 +183,7 @@ def run(node_type: type[StageNode]) -> None:
     try:
         node = node_type()
         started = node.autostart()
+        gc.freeze()  # what is loaded now stays: searching it for garbage would stop all threads for 0.1 s
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while started and not stopping.is_set():

@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 from bathbot_depthcorr.stage_node import OK, StageNode, run
+from bathbot_depthcorr.transport import keep_clear_of_shared_memory
 from bathbot_scrub.rm65.messages import pose_message
 from bathbot_scrub.rm65.period import prefer_process
 from geometry_msgs.msg import Vector3
@@ -79,6 +80,7 @@ def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter with the executor
     prefer_process()
+    keep_clear_of_shared_memory()
     run(SimRm65)
 
 

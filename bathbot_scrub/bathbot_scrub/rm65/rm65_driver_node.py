@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bathbot_depthcorr.stage_node import ERROR, OK, WARN, StageNode, run
+from bathbot_depthcorr.transport import keep_clear_of_shared_memory
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -180,6 +181,7 @@ def main() -> None:
     """Run the node."""
     sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
     prefer_process()
+    keep_clear_of_shared_memory()
     run(Rm65Driver)
 
 
