@@ -25,7 +25,7 @@ from bathbot_scrub.rm65.walls import walls_from
 Array = NDArray[np.float64]
 PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
 _STANDING = ("base_link", "Link1")  # turn about their own axis at most
-_OVERLAP = 0.010  # [m] by which capsules may overlap: each is drawn some 5 mm wide
+_OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
 _CLOSER = 0.002  # [m] that counts as no nearer
 
 
@@ -56,6 +56,8 @@ class Surroundings:
         self._kinematics, self._max_age, self._clock = kinematics, settings.body_max_age, clock
         walls = walls_from(settings.walls)
         self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
+        folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
+        self._own = min(-_OVERLAP, folded - _CLOSER)
         self._capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
         self._radii = np.array([c.radius for c in self._capsules])
         self._touches = np.array([c.link == HEAD_NAME for c in self._capsules])
@@ -111,7 +113,7 @@ class Surroundings:
             near = [self._model.nearest(joints) for joints in path.joints]
         distances = np.array([pair.distance for pair in near])
         worst = int(np.argmin(distances))
-        if distances[worst] < min(-_OVERLAP, distances[0] - _CLOSER):
+        if distances[worst] < min(self._own, distances[0] - _CLOSER):
             first, second, distance = near[worst]
             raise CollisionError(first, second, distance, 0.0)
 
