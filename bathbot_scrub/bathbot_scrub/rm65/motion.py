@@ -128,6 +128,7 @@ class Planner:
     def check_tool_path(self, joints: ArrayLike, T_base_heads: Array) -> None:
         """The same for a slow path along head poses, shape (N, 4, 4), all of which may touch the body."""
         if self.surroundings is not None:
+            self.surroundings.trust()
             self.surroundings.check(joints, T_base_heads[:, :3, 3], self.surroundings.scrub_margin)
 
     def _ways_to(self, start: Array, T_base_head: Array, patch: ArrayLike) -> Iterator[JointPath]:
