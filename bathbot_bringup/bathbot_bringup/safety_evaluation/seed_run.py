@@ -77,7 +77,7 @@ class SeedRun:
             raise
         reports = list(run.operator.reports)
         self._leave(run, case)
-        fault = onset(struck, run, trace, case.strike)
+        fault = onset(struck, trace, case.strike)
         trace = until(trace, struck.until)
         demand_phase(trace, fault, plan)
         reaction = react(trace, fault, plan.phase, case.duty, reports)

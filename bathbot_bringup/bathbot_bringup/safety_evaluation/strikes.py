@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bathbot_bringup.safety_evaluation.fault_table import Frozen, Killed, Nearer, Ordered, Planner
+from bathbot_bringup.safety_evaluation.operator_node import LastPose
 from bathbot_bringup.safety_evaluation.stroke_player import spoilt
 from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan
 from bathbot_bringup.safety_evaluation.trial_run import SpoiltTrialError, TrialRun
@@ -26,10 +27,11 @@ class Struck(NamedTuple):
 
     stamp: float  # [s] when it was done; for faults of the emulator the trace tells better
     kind: str = ""  # of an ordered fault
+    path_end: LastPose | None = None  # of a path that was not gone on with
     until: float = math.inf  # [s] to which the reaction counts: then the arm may go on
 
 
-def onset(struck: Struck, run: TrialRun, trace: TraceData, strike: object) -> float:
+def onset(struck: Struck, trace: TraceData, strike: object) -> float:
     """When the fault began, by the trace [s].
 
     Ordered faults: as the emulator noted. A body nearer than believed: the first touch. A planner that fails:
@@ -45,12 +47,10 @@ def onset(struck: Struck, run: TrialRun, trace: TraceData, strike: object) -> fl
         return float(begun[0])
     if isinstance(strike, Nearer):
         return _first(trace, np.linalg.norm(trace.force, axis=1) > 0.0, "the brush did not touch")
-    if isinstance(strike, Planner) or (isinstance(strike, Killed) and strike.node == PLAYER):
-        last = run.operator.last_pose
-        if last is None:
-            raise SpoiltTrialError("no segment was heard")
-        near = np.linalg.norm(trace.head - last.position, axis=1) < _AT_END
-        return _first(trace, near & (trace.stamp > max(struck.stamp, last.stamp)), "the path did not run out")
+    if struck.path_end is not None:
+        near = np.linalg.norm(trace.head - struck.path_end.position, axis=1) < _AT_END
+        after = trace.stamp > max(struck.stamp, struck.path_end.stamp)
+        return _first(trace, near & after, "the path did not run out")
     return struck.stamp
 
 
@@ -107,12 +107,12 @@ def _planner(strike: Planner, run: TrialRun, plan: TrialPlan) -> Struck:
             run.operator.send(spoilt(run.player.take()))
     if strike is not Planner.LATE:
         run.wait(_RUN_OUT)
-        return Struck(stamp)
+        return Struck(stamp, path_end=run.path_end())
     run.wait_until_starved()
     run.wait(LATE)
-    until = time.monotonic()
+    path_end, until = run.path_end(), time.monotonic()
     run.play(WATCH)
-    return Struck(stamp, until=until)
+    return Struck(stamp, path_end=path_end, until=until)
 
 
 @strike_at.register
@@ -121,8 +121,11 @@ def _killed(strike: Killed, run: TrialRun, plan: TrialPlan) -> Struck:
         play_elsewhere(run, plan)
     run.bring_about()
     stamp = run.graph.kill(strike.node)
-    run.play(_RUN_OUT if strike.node == PLAYER else WATCH)
-    return Struck(stamp)
+    if strike.node != PLAYER:
+        run.play(WATCH)
+        return Struck(stamp)
+    run.wait(_RUN_OUT)
+    return Struck(stamp, path_end=run.path_end())
 
 
 def play_elsewhere(run: TrialRun, plan: TrialPlan) -> None:

@@ -11,13 +11,19 @@ from numpy.typing import NDArray
 
 from bathbot_bringup.errors import BringupError
 from bathbot_bringup.safety_evaluation.fault_table import REGION, Phase
+from bathbot_bringup.safety_evaluation.operator_node import LastPose
 from bathbot_bringup.safety_evaluation.place import Place
 from bathbot_bringup.safety_evaluation.stroke_player import SPACING, StrokePlayer
 from bathbot_bringup.safety_evaluation.trial_graph import TrialGraph
 from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan
 
 Array = NDArray[np.float64]
-STANDOFF = 0.04  # [m] of the approach; its speed is the driver's own
+STANDOFF = {
+    Phase.TRANSIT: 0.04,
+    Phase.SEEK: 0.04,
+    Phase.REST: 0.025,
+    Phase.SCRUB: 0.025,
+}  # [m] of the approach
 DEPTH = 0.004  # [m] into the skin
 _IN_TIME = 12.0  # [s] for any step
 _OFF_AXIS, _BEGUN = 0.002, 0.004  # [m] beside the approach's line; along it, or from the start
@@ -64,7 +70,7 @@ class TrialRun:
         self.operator.forget()
         target = self.target.copy()
         target[:3, 3] += deeper * target[:3, 2]
-        self._result = self.operator.approach(target, STANDOFF)
+        self._result = self.operator.approach(target, STANDOFF[phase])
         if phase is Phase.TRANSIT:
             self._until(lambda: np.linalg.norm(self.operator.head[0] - start) > _BEGUN, "no way began")
         elif phase is Phase.SEEK:
@@ -89,7 +95,7 @@ class TrialRun:
         offset = target[:3, 3] - self.operator.head[0]
         along = float(offset @ target[:3, 2])
         beside = float(np.linalg.norm(offset - along * target[:3, 2]))
-        return beside < _OFF_AXIS and 0.0 < along < STANDOFF - _BEGUN
+        return beside < _OFF_AXIS and 0.0 < along < STANDOFF[Phase.SEEK] - _BEGUN
 
     def _touch(self) -> None:
         """Come into contact and, where that is the phase, begin to scrub."""
@@ -130,10 +136,16 @@ class TrialRun:
 
     def wait_until_starved(self) -> None:
         """Wait until the head has come to the end of what it was given."""
-        last = self.operator.last_pose
-        if last is None:
+        end = self.path_end().position
+        self._until(
+            lambda: np.linalg.norm(self.operator.head[0] - end) < _AT_END, "it did not come to the end"
+        )
+
+    def path_end(self) -> LastPose:
+        """Where the path ends that the arm was given."""
+        if self.operator.last_pose is None:
             raise SpoiltTrialError("no segment was heard")
-        self._until(lambda: np.linalg.norm(self.operator.head[0] - last.position) < _AT_END, "it went on")
+        return self.operator.last_pose
 
     def record(self, path: Path) -> None:
         """Have the trace written."""
