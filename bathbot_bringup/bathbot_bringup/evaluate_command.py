@@ -136,3 +136,35 @@ def localization(
         return DemoSettings(name, seed, scenario, folder, 60.0, rate, preset)
 
     raise typer.Exit(evaluate_localization(settings, seed_list(seeds), targets, json_file))
+
+
+@app.command("safety")
+def safety(
+    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    seeds: str = typer.Option(
+        "0-19", help="Seeds such as 3, 0-19 or 0-4,7: another person, place and moment."
+    ),
+    faults: str = typer.Option("", help="Names of faults with commas between; all if left out."),
+    jobs: int = typer.Option(1, help="Graphs at a time; each takes about one core."),
+    markdown_file: Path = typer.Option(None, "--markdown", help="Write the table to this Markdown file."),
+    picture: Path = typer.Option(None, help="Draw every trial's stop time to this PNG file."),
+    out: Path = typer.Option(None, help="Folder that keeps traces and logs; a temporary one if left out."),
+) -> None:
+    """Make everything fail that can, and measure how the arm stops.
+
+    The real driver against the emulated controller beside a simulated person, over DDS and the vendor's
+    protocol. The exit code is 0 only if after every fault the arm stood or left within the deadline.
+
+    \b
+      bathbot evaluate safety --json safety.json --jobs 2
+      bathbot evaluate safety --seeds 0-3 --faults body_push,lost_udp
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.arguments import seed_list
+    from bathbot_bringup.evaluate_safety import SafetyEvaluation, evaluate_safety
+
+    names = [name.strip() for name in faults.split(",") if name.strip()]
+    raise typer.Exit(
+        evaluate_safety(
+            SafetyEvaluation(seed_list(seeds), names, jobs, json_file, markdown_file, picture, out)
+        )
+    )

@@ -44,8 +44,8 @@ class BodyCloud:
         arm = near_arm(points, frame.T_base_link, self._margin)
         near = np.linalg.norm(points - _SHOULDER, axis=-1) <= _REACH  # not where there is no depth
         fresh = self._centres(points[near & ~arm])
-        pixels = camera.project(transform_points(inverse(T_base_depth), self._points)) / stride
-        hidden = _hidden(pixels, self._depths(T_base_depth), depth, arm)
+        known = transform_points(inverse(T_base_depth), self._points)
+        hidden = _hidden(camera.project(known) / stride, known[:, 2], depth, arm)
         kept = (
             hidden
             & (stamp - self._stamps <= self._memory)
@@ -54,10 +54,6 @@ class BodyCloud:
         self._points = np.concatenate([fresh, self._points[kept]])
         self._stamps = np.concatenate([np.full(len(fresh), stamp), self._stamps[kept]])
         return self._points
-
-    def _depths(self, T_base_depth: Array) -> Array:
-        """Depth at which the camera would see the known points [m], shape (M,)."""
-        return transform_points(inverse(T_base_depth), self._points)[:, 2]
 
     def _cells(self, points: Array) -> NDArray[np.int64]:
         """One number for the voxel of each point, shape (N, 3) -> (N,)."""

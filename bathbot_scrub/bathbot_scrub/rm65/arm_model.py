@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.kinematics import LINK_NAMES
 from bathbot_scrub.rm65.urdf import HEAD_NAME, urdf
+from bathbot_scrub.rm65.walls import Wall
 
 Array = NDArray[np.float64]
 _CHAIN = (*LINK_NAMES, HEAD_NAME)
@@ -26,18 +27,6 @@ class Near(NamedTuple):
     first: str
     second: str
     distance: float
-
-
-class Wall(NamedTuple):
-    """A plane that bounds the free space: points x with normal . x >= offset [m] are free, base frame."""
-
-    normal: tuple[float, float, float]
-    offset: float
-
-    @property
-    def name(self) -> str:
-        """How messages call it."""
-        return "the wall ({:g}, {:g}, {:g}) x >= {:g} m".format(*self.normal, self.offset)
 
 
 class ArmModel:
@@ -90,8 +79,7 @@ class ArmModel:
                 names.append(self.model.frames[shape.parentFrame].name)
         links = len(names)
         for number, wall in enumerate(walls):
-            length = float(np.linalg.norm(wall.normal))
-            solid = coal.Halfspace(np.array(wall.normal) / length, wall.offset / length)
+            solid = coal.Halfspace(np.array(wall.normal), wall.offset)
             shapes.addGeometryObject(pin.GeometryObject(f"wall{number}", 0, pin.SE3.Identity(), solid))
             names.append(wall.name)
         places = [_CHAIN.index(name) for name in names[:links]]

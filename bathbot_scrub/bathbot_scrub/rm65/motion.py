@@ -13,18 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
 from bathbot_scrub.rm65.free_way import FreeWay
-from bathbot_scrub.rm65.inverse_kinematics import (
-    all_branches,
-    check_poses,
-    solve_head,
-    unwind,
-    within_limits,
-)
+from bathbot_scrub.rm65.inverse_kinematics import all_branches, check_poses
 from bathbot_scrub.rm65.joint_path import JointPath, joint_move, timed_path
 from bathbot_scrub.rm65.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.path_runner import Pace
-from bathbot_scrub.rm65.reach_reason import why_unreachable
+from bathbot_scrub.rm65.postures import postures
 from bathbot_scrub.rm65.tool_path import SAMPLE_STEP, densify, solve_path, timed_tool_path
 from bathbot_scrub.rm65.way_back import way_back
 
@@ -34,8 +28,6 @@ if TYPE_CHECKING:  # it loads Pinocchio, which not everybody who plans needs
 Array = NDArray[np.float64]
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
 _NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
-_ROOM = 0.7  # [rad] wanted about a posture that paths begin from
-_ROOM_WEIGHT = 10.0  # its worth against travel
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
@@ -131,25 +123,21 @@ class Planner:
     def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
         """Refuse a joint path, shape (N, 6) [rad], that would meet something; see `Surroundings.check`."""
         if self.surroundings is not None:
-            self.surroundings.check(joints, patch)
+            self.surroundings.check(joints, patch, self.surroundings.margin)
+
+    def check_tool_path(self, joints: ArrayLike, T_base_heads: Array) -> None:
+        """The same for a slow path along head poses, shape (N, 4, 4), all of which may touch the body."""
+        if self.surroundings is not None:
+            self.surroundings.trust()
+            self.surroundings.check(joints, T_base_heads[:, :3, 3], self.surroundings.scrub_margin)
 
     def _ways_to(self, start: Array, T_base_head: Array, patch: ArrayLike) -> Iterator[JointPath]:
         """Clear joint paths to a head pose, one for each solution that has one, the best first."""
         if self.surroundings is not None:
             self.surroundings.trust()
-        solutions = within_limits(
-            unwind(solve_head(self.kinematics, T_base_head, self.limits), start), self.limits
-        )
-        cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - self._room(solutions))
-        order = [int(i) for i in np.argsort(cost) if np.isfinite(cost[i])]
-        if not order:
-            raise UnreachableError(
-                f"no joint solution for the head at {_place(T_base_head)}: "
-                f"{why_unreachable(self.kinematics, T_base_head, self.limits)}"
-            )
         first, found = None, False
-        for branch in order:
-            ways = self._free.ways(solutions[branch], start, T_base_head)
+        for posture in postures(self.kinematics, T_base_head, start, self.limits):
+            ways = self._free.ways(posture, start, T_base_head)
             try:
                 path = self._first_clear((self.joint_path(start, *reversed(way)) for way in ways), patch)
             except UnreachableError as error:
@@ -176,11 +164,6 @@ class Planner:
     @property
     def _free(self) -> FreeWay:
         return FreeWay(self.kinematics, self.home, self.limits)
-
-    def _room(self, joints: Array) -> Array:
-        """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
-        room = np.minimum(self.limits.upper - joints, joints - self.limits.lower).min(-1)
-        return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)
 
     def tool_path(
         self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP

@@ -6,24 +6,26 @@ Who stands nearer than allowed may move, but no nearer.
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm_model import ArmModel, Wall
+from bathbot_scrub.rm65.arm_model import ArmModel
 from bathbot_scrub.rm65.arm_shapes import arm_capsules
 from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.swept_arm import SweptArm, swept
 from bathbot_scrub.rm65.urdf import HEAD_NAME
+from bathbot_scrub.rm65.walls import walls_from
 
 Array = NDArray[np.float64]
 PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
 _STANDING = ("base_link", "Link1")  # turn about their own axis at most
-_OVERLAP = 0.010  # [m] by which capsules may overlap: each is drawn some 5 mm wide
+_OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
 _CLOSER = 0.002  # [m] that counts as no nearer
 
 
@@ -40,28 +42,28 @@ class Surroundings:
     def __init__(
         self,
         kinematics: Kinematics,
-        walls: Sequence[Wall],
-        margin: float,
-        max_age: float,
+        settings: DriverSettings,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Know the arm and the walls; the body comes with `see`.
 
         Args:
             kinematics: The arm.
-            walls: Planes that bound the free space.
-            margin: Between links and body [m].
-            max_age: Of the body's picture [s]; an older one is not trusted.
+            settings: Walls, margins, and how old a picture of the body may be.
             clock: Gives the time now [s].
         """
-        self._kinematics, self._margin, self._max_age, self._clock = kinematics, margin, max_age, clock
+        self.margin, self.scrub_margin = settings.body_margin, settings.scrub_margin
+        self._kinematics, self._max_age, self._clock = kinematics, settings.body_max_age, clock
+        walls = walls_from(settings.walls)
         self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
+        folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
+        self._own = min(-_OVERLAP, folded - _CLOSER)
         self._capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
         self._radii = np.array([c.radius for c in self._capsules])
         self._touches = np.array([c.link == HEAD_NAME for c in self._capsules])
         self._body: Body | None = None
         standing = swept(kinematics, self._capsules, np.zeros((2, 6)))
-        self._to_body(standing, np.ones((1, 3)), np.zeros((1, 3)))  # compiles, before anything moves
+        self._to_body(standing, np.ones((1, 3)), np.zeros((1, 3)), 0.0)  # compiles, before anything moves
 
     def see(self, points: ArrayLike, stamp: float) -> None:
         """Take in what the camera sees: points, shape (M, 3), base frame [m], of a picture at `stamp` [s]."""
@@ -89,12 +91,13 @@ class Surroundings:
             return f"body cloud of {age:.1f} s ago is too old, most is {self._max_age} s: not used"
         return f"{len(body.points)} points, {age:.1f} s old"
 
-    def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
+    def check(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> None:
         """Refuse a joint path, shape (N, 6) [rad], closely spaced, on which something would be met.
 
         Args:
             joints: From where the arm stands.
             patch: Places, shape (K, 3) [m], about which the scrub head may touch the body.
+            margin: Between links and body [m].
 
         Raises:
             CollisionError: With the link, what it would meet, where, and how near.
@@ -103,29 +106,31 @@ class Surroundings:
         self._check_itself(path)
         body = self._body
         if body is not None and self._clock() - body.stamp <= self._max_age:
-            self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)))
+            self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
 
     def _check_itself(self, path: SweptArm) -> None:
         with self._model_lock:
             near = [self._model.nearest(joints) for joints in path.joints]
         distances = np.array([pair.distance for pair in near])
         worst = int(np.argmin(distances))
-        if distances[worst] < min(-_OVERLAP, distances[0] - _CLOSER):
+        if distances[worst] < min(self._own, distances[0] - _CLOSER):
             first, second, distance = near[worst]
             raise CollisionError(first, second, distance, 0.0)
 
-    def _check_body(self, path: SweptArm, points: Array, patch: Array) -> None:
-        clearances, capsules, nearest = self._to_body(path, points, patch)
+    def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
+        clearances, capsules, nearest = self._to_body(path, points, patch, margin)
         worst = int(np.argmin(clearances - path.stray))
-        allowed = min(self._margin, clearances[0] - _CLOSER)
+        allowed = min(margin, clearances[0] - _CLOSER)
         if clearances[worst] - path.stray[worst] < allowed:
             place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
             link = self._capsules[capsules[worst]].link
-            raise CollisionError(link, place, float(clearances[worst]), self._margin)
+            raise CollisionError(link, place, float(clearances[worst]), margin)
 
-    def _to_body(self, path: SweptArm, points: Array, patch: Array) -> tuple[Array, Array, Array]:
-        """Clearance at each sample [m], its capsule and its point; `margin` + stray stands for all beyond."""
-        interest = self._margin + 2.0 * float(path.stray.max())
+    def _to_body(
+        self, path: SweptArm, points: Array, patch: Array, margin: float
+    ) -> tuple[Array, Array, Array]:
+        """Clearance at each sample [m], its capsule and its point; not told apart beyond what matters."""
+        interest = margin + 2.0 * float(path.stray.max())
         reach = self._radii.max() + interest
         low, high = path.ends.min(axis=(0, 1, 2)) - reach, path.ends.max(axis=(0, 1, 2)) + reach
         some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))

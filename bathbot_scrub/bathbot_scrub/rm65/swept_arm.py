@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.rm65.kinematics import LINK_NAMES, T_FLANGE_HEAD, Kinematics
 
 Array = NDArray[np.float64]
-_STRIDE = 0.01  # [m] that no end of a capsule moves farther between two samples, within one given step
+_STRIDE = 0.005  # [m] that no end of a capsule moves farther between two samples, within one given step
 
 
 class SweptArm(NamedTuple):
