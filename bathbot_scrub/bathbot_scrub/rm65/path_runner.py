@@ -57,6 +57,10 @@ class PathRunner:
         """Run on a longer path that has the same samples up to here."""
         self.path = path
 
+    def rebase(self, path: JointPath, cut: float) -> None:
+        """Run on another path that is the same here, but whose lengths are less by `cut`."""
+        self.path, self.length = path, self.length - cut
+
     def step(self) -> Array:
         """Advance by one period; give the joints [rad], shape (6,).
 

@@ -75,11 +75,16 @@ class SentMoves:
 
         Raises:
             JointLimitError, CollisionError: The frame is not followed.
-            NotReadyError: The arm does something else, or the frame is too far from the one before.
+            NotReadyError: The arm does something else, the frame is too far from the one before, or the
+                stream was stopped: it must fall silent before it may begin again.
         """
-        stream = self._stream if self._following() else None
+        stream, self._last_frame = self._stream, now
+        if stream is not None and not self._following():
+            raise NotReadyError(
+                f"the stream was given up: {self._loop.guard.reason or 'stopped'}; pause it for {SILENCE} s, "
+                "then begin again where the arm stands"
+            )
         begun = StreamedPath(self._loop.standing(), self._planner) if stream is None else stream
-        self._last_frame = now
         path, cut = begun.extend(goal, 0.0 if stream is None else self._length())
         with self._loop.lock:
             if stream is None:
@@ -95,7 +100,7 @@ class SentMoves:
         Raises:
             UnreachableError: Out of reach or beyond a joint's limit.
         """
-        seed = self._stream.end if self._stream is not None and self._following() else self._loop.standing()
+        seed = self._loop.standing() if self._stream is None else self._stream.end
         self.stream(self._nearest(T_base_flange, seed), now)
 
     def tick(self, now: float) -> None:
