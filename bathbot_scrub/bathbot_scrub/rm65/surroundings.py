@@ -103,10 +103,10 @@ class Surroundings:
             CollisionError: With the link, what it would meet, where, and how near.
         """
         path = swept(self._kinematics, self._capsules, np.asarray(joints, dtype=float))
-        self._check_itself(path)
         body = self._body
         if body is not None and self._clock() - body.stamp <= self._max_age:
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
+        self._check_itself(path)
 
     def _check_itself(self, path: SweptArm) -> None:
         with self._model_lock:
@@ -119,9 +119,9 @@ class Surroundings:
 
     def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
         clearances, capsules, nearest = self._to_body(path, points, patch, margin)
-        worst = int(np.argmin(clearances - path.stray))
-        allowed = min(margin, clearances[0] - _CLOSER)
-        if clearances[worst] - path.stray[worst] < allowed:
+        short = (clearances - path.stray < margin) & (clearances < clearances[0] - _CLOSER)
+        if short.any():
+            worst = int(np.argmin(np.where(short, clearances, np.inf)))
             place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
             link = self._capsules[capsules[worst]].link
             raise CollisionError(link, place, float(clearances[worst]), margin)
@@ -130,7 +130,7 @@ class Surroundings:
         self, path: SweptArm, points: Array, patch: Array, margin: float
     ) -> tuple[Array, Array, Array]:
         """Clearance at each sample [m], its capsule and its point; not told apart beyond what matters."""
-        interest = margin + 2.0 * float(path.stray.max())
+        interest = margin + _CLOSER + 2.0 * float(path.stray.max())
         reach = self._radii.max() + interest
         low, high = path.ends.min(axis=(0, 1, 2)) - reach, path.ends.max(axis=(0, 1, 2)) + reach
         some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
