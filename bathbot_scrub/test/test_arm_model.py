@@ -11,9 +11,9 @@ from bathbot_depthcorr.rigid import transform_points
 from bathbot_scrub.rm65.arm_model import ArmModel
 from bathbot_scrub.rm65.arm_shapes import arm_capsules
 from bathbot_scrub.rm65.errors import ArmSettingsError
-from bathbot_scrub.rm65.kinematics import FLANGE_OFFSETS, JOINT_NAMES, LINK_NAMES, Kinematics
+from bathbot_scrub.rm65.kinematics import FLANGE_OFFSETS, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.urdf import HEAD_NAME, urdf
+from bathbot_scrub.rm65.urdf import urdf
 from bathbot_scrub.rm65.walls import Wall, walls_from
 from hypothesis import given, settings
 from hypothesis import strategies as st
