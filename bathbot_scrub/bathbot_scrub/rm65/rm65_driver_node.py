@@ -21,7 +21,7 @@ from bathbot_scrub.rm65.approach import Touch
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
-from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import error_code, pose_stamped, request_from_goal, segment_from_message
 from bathbot_scrub.rm65.period import prefer_process
 from bathbot_scrub.rm65.snapshot import Snapshot

@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple, Protocol
 
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import (
     arm_state_message,
     joint_state_message,
