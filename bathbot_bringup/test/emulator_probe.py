@@ -17,6 +17,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -101,6 +102,9 @@ class Probe:
             DiagnosticArray, "/diagnostics", lambda m: self.told.extend(m.status), 10
         )
         self.segments = self.node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
+        self.talk = {
+            topic: self.node.create_publisher(String, topic, 10) for topic in ("sim_fault", "sim_trace")
+        }
         self.approach = ActionClient(self.node, Approach, "approach")
         self.services = {
             name: self.node.create_client(Trigger, f"arm/{name}")
@@ -112,6 +116,11 @@ class Probe:
         while not condition():
             assert time.monotonic() < deadline, f"not in time; arm_state is {self.newest.get('arm_state')}"
             self.executor.spin_once(timeout_sec=0.05)
+
+    def say(self, topic, data):
+        """Publish a String to the one node that hears it."""
+        self.until(lambda: self.talk[topic].get_subscription_count() == 1)
+        self.talk[topic].publish(String(data=data))
 
     def result(self, future):
         self.until(future.done)

@@ -233,14 +233,14 @@ def test_a_frame_too_far_is_not_followed_and_raises_the_code_until_a_good_one(de
     stream(desk, np.array(HOME_DEG) + jump)
     path, _ = run(desk.controller, 0.2)
     assert_allclose(path[-1], HOME, atol=1e-9)
-    assert parse_sample(datagram(desk.controller, PushSettings()), 0.0).errors == (code,)
+    assert parse_sample(datagram(desk.controller, PushSettings()).data, 0.0).errors == (code,)
     stream(desk, HOME_DEG)
     assert desk.controller.error == 0
 
 
 def test_the_push_holds_what_the_state_query_says(desk):
     run(desk.controller, 0.2)
-    sample = parse_sample(datagram(desk.controller, PushSettings()), 1.0)
+    sample = parse_sample(datagram(desk.controller, PushSettings()).data, 1.0)
     state = reply(desk, {"command": "get_current_arm_state"})["arm_state"]
     assert_allclose(sample.joints, joints_from_wire(state["joint"]))
     assert_allclose(sample.T_base_flange, pose_from_wire(state["pose"]), atol=2e-3)

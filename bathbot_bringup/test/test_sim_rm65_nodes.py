@@ -5,6 +5,7 @@ import subprocess
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from bathbot_bringup.sim.trace import load_trace
 from bathbot_scrub.rm65.kinematics import JOINT_NAMES, Kinematics
 from bathbot_scrub.rm65.messages import pose_message, transforms_from_poses
 from emulator_cell import READY_DEG, TARGET, segments
@@ -56,9 +57,15 @@ def segment_message(segment):
     return message
 
 
-def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe):
+def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe, tmp_path):
     port = free_port()
-    simulator = node("bathbot_bringup.sim.sim_rm65_node", port=port, seed=2, scenario="still")
+    simulator = node(
+        "bathbot_bringup.sim.sim_rm65_node",
+        port=port,
+        seed=2,
+        scenario="still",
+        trace=str(tmp_path / "end.npz"),
+    )
     with ended(simulator), ended(driver_node(port=port)):
         probe.until(lambda: probe.state()[2] and {"sim_contact", "tool_pose"} <= set(probe.newest))
         contact, pose = probe.newest["sim_contact"], probe.newest["tool_pose"].pose
@@ -67,7 +74,22 @@ def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe):
         assert contact.compression < 0.0
         true, told = transforms_from_poses([contact.head, pose])
         assert_allclose(true, told, atol=1e-4)
+        for text in ("{kind: tea}", "{kind: frozen_force}"):
+            probe.say("sim_fault", text)
+        asked = tmp_path / "asked.npz"
+
+        def kinds():
+            probe.say("sim_trace", str(asked))
+            probe.until(asked.exists)
+            return load_trace(asked).event_kind.tolist()
+
+        probe.until(lambda: kinds() == ["frozen_force"])
+        probe.say("sim_trace", "")
+        asked.unlink()
+        probe.until(lambda: not kinds())
     probe.newest.clear()
+    assert simulator.output.count("unknown fault 'tea'") == 1
+    assert len(load_trace(tmp_path / "end.npz").stamp)
 
 
 def test_without_controller_it_says_so_in_one_line_and_lives(probe):

@@ -19,9 +19,19 @@ from bathbot_scrub.rm65.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.tool_path import densify, solve_path
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_bringup.sim.arm_faults import (
+    COLLISION,
+    FORCE_SENSOR,
+    JOINT_DISABLED,
+    BodyFaults,
+    JointTrouble,
+    joint_trouble,
+)
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
 from bathbot_bringup.sim.controller_force import ForceSensor
+from bathbot_bringup.sim.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.joint_dynamics import JointDynamics
+from bathbot_bringup.sim.pushed_surface import PushedSurface
 
 Array = NDArray[np.float64]
 STEP = 0.005  # [s]
@@ -31,6 +41,7 @@ _STREAM_END = 0.1  # [s] without frames after which a stream is over
 _FAR = 0.10  # [m] of gap above which contact is looked for at 20 Hz only
 
 TARGET_OVER_LIMIT, UNREACHABLE, OVER_SPEED = 0x1002, 0x1003, 0x1009  # the controller's error codes
+_TRIPS = (COLLISION, JOINT_DISABLED)
 
 
 class Motion(Enum):
@@ -71,6 +82,7 @@ class Controller:
         surface: SkinSurface,
         clock: Callable[[], float],
         rng: np.random.Generator,
+        faults: FaultSchedule | None = None,
     ) -> None:
         """Stand still at `joints` [rad], shape (6,).
 
@@ -80,13 +92,19 @@ class Controller:
             surface: What the brush may touch.
             clock: Time of the body [s].
             rng: Source of the sensor's noise.
+            faults: What fails, looked at in every step.
         """
-        self.arm, self.surface, self.clock = arm, surface, clock
+        self.arm, self.surface, self.clock = arm, PushedSurface(surface), clock
+        self.faults = faults or FaultSchedule()
         self.dynamics = JointDynamics(joints, arm.limits)
         self.target = self.dynamics.joints
-        self.sensor = ForceSensor(rng)
+        self.sensor = ForceSensor(rng, self.faults, STEP)
         self.motion = Motion.IDLE
         self.error = 0
+        self.joint_codes = [0] * 6
+        self.power = True
+        self._body_faults = BodyFaults(self.surface, STEP)
+        self._ends: list[Settled] = []
         self._runner: PathRunner | None = None
         self._paused_motion = Motion.IDLE
         self._since_frame = 0.0
@@ -142,12 +160,17 @@ class Controller:
         self._begin(path, Pace(LINE_SPEED * share, LINE_ACCELERATION, 20 * LINE_ACCELERATION), Motion.MOVE_L)
 
     def _begin(self, path, pace: Pace, motion: Motion) -> None:
-        self.error = 0  # a new motion clears an error that was kept
+        self.error, self.joint_codes = 0, [0] * 6  # a new motion clears an error that was kept
         self._runner, self.motion = PathRunner(path, pace, STEP), motion
 
     def stream(self, goal: Array) -> None:
         """Take one frame of the joint stream [rad]; a step too far is not followed but reported."""
-        if self.busy or (self.motion in (Motion.STOP, Motion.SLOW_STOP) and not self.at_rest):
+        if (
+            not self.power
+            or self.tripped
+            or self.busy
+            or (self.motion in (Motion.STOP, Motion.SLOW_STOP) and not self.at_rest)
+        ):
             return
         if not self.arm.limits.contain(goal):
             self.error = TARGET_OVER_LIMIT
@@ -169,6 +192,40 @@ class Controller:
             pace = self._runner.pace
             self._runner.brake(Pace(pace.speed, (1.0 if slow else 2.0) * pace.acceleration, 4.0 * pace.jerk))
 
+    @property
+    def tripped(self) -> bool:
+        """Whether a fault of the arm keeps the joint stream from being obeyed, until errors are cleared."""
+        return self.error in _TRIPS
+
+    @property
+    def system_error(self) -> int:
+        """Error of a part beside the arm itself, 0: none."""
+        return FORCE_SENSOR if "dead_force" in self.faults else 0
+
+    def trip(self, trouble: JointTrouble) -> None:
+        """Stop as fast as the joints can because of a fault of the arm; a planned motion is lost."""
+        if not self.tripped:
+            self.target = self.dynamics.stopping_point()
+            self.motion = Motion.STOP
+            if self._runner is not None:
+                self._runner = None
+                self._ends.append(Settled(False))
+        for joint in trouble.stuck:  # it must not jump to where it should have been once it is free
+            self.target[joint] = self.dynamics.positions[joint]
+        self.error = trouble.error
+        if trouble.code:
+            self.joint_codes[trouble.joint] = trouble.code
+
+    def clear_errors(self) -> None:
+        """Forget errors; what still lasts raises them again."""
+        self.error, self.joint_codes = 0, [0] * 6
+
+    def cut_power(self) -> None:
+        """Lose every motion at once: brakes hold the joints, nobody is told."""
+        self.power, self._runner, self.motion = False, None, Motion.IDLE
+        self.target = self.dynamics.joints
+        self.clear_errors()
+
     def pause(self) -> None:
         """Brake on the path of a planned motion and wait there."""
         if self._runner is not None and self.motion is not Motion.PAUSE:
@@ -183,16 +240,22 @@ class Controller:
 
     def step(self) -> list[Settled]:
         """Advance by 5 ms; give the ends of planned motions."""
-        settled = self._advance()
+        trouble = joint_trouble(self.faults, self.dynamics.positions, self.target)
+        if trouble.error:
+            self.trip(trouble)
+        settled = [] if "stalled" in self.faults else self._advance()
         before = self.T_base_head[:3, 3]
-        self.dynamics.step(self.target, STEP)
+        self.dynamics.step(self.target, STEP, trouble.stuck)
         self.T_base_flange = self.arm.kinematics.flange(self.dynamics.joints)
         self._touch((self.T_base_head[:3, 3] - before) / STEP)
         self.sensor.measure(self.T_base_flange, self.contact.force, self.contact.torque)
         return settled
 
     def _advance(self) -> list[Settled]:
+        ends, self._ends = self._ends, []
         runner = self._runner
+        if ends:
+            return ends
         if runner is None:
             self._since_frame += STEP
             over = self.motion is not Motion.STREAM or self._since_frame > _STREAM_END
@@ -212,6 +275,8 @@ class Controller:
 
     def _touch(self, velocity: Array) -> None:
         """Ask the surface, seldom while far away: its answer costs most of a step."""
+        pressed = self.contact.compression > 0.0
+        self._body_faults.step(self.faults, self.T_base_head, self.clock(), pressed)
         self._until_touch -= 1
         if self._until_touch > 0:
             return

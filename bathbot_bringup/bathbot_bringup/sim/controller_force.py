@@ -1,11 +1,13 @@
 """The emulated six-axis force sensor at the flange: weight, bias, noise, zeroing."""
 
 from collections import deque
-from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
 from numpy.typing import NDArray
+
+from bathbot_bringup.sim.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.force_faults import ForceFaults, ForceReading
 
 Array = NDArray[np.float64]
 TOOL_MASS = 0.35  # [kg] brush head and motor
@@ -18,19 +20,15 @@ _GRAVITY = np.array([0.0, 0.0, -9.80665])  # [m/s^2] in the base frame
 _AVERAGED = 20  # samples that zeroing averages, 0.1 s
 
 
-class ForceReading(NamedTuple):
-    """One reading in the sensor frame, [N, Nm], shape (6,)."""
-
-    raw: Array  # with weight and bias
-    zero: Array  # external force, as the controller compensates it
-
-
 class ForceSensor:
     """Turns the true contact force into what the controller would report."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        """Start uncleared; `rng` makes the noise."""
+    def __init__(
+        self, rng: np.random.Generator, faults: FaultSchedule | None = None, period: float = 0.005
+    ) -> None:
+        """Start uncleared; `rng` makes the noise, `faults` spoil the readings, `period` [s] apart."""
         self._rng = rng
+        self._faults = ForceFaults(faults or FaultSchedule(), period)
         self._offset = np.zeros(6)
         self._recent: deque[Array] = deque(maxlen=_AVERAGED)
         self.reading = ForceReading(np.zeros(6), np.zeros(6))
@@ -44,11 +42,12 @@ class ForceSensor:
         external = np.concatenate([push, twist + HEAD_LENGTH * np.array([-push[1], push[0], 0.0])])
         raw = external + carried + _BIAS + _DRIFT + _NOISE * self._rng.standard_normal(6)
         compensated = raw - _BIAS - _CALIBRATED * carried
-        self._recent.append(compensated)
-        self.reading = ForceReading(raw, compensated - self._offset)
+        said = self._faults.spoil(ForceReading(raw, compensated))
+        self._recent.append(said.zero)
+        self.reading = ForceReading(said.raw, said.zero - self._offset)
         return self.reading
 
     def clear(self) -> None:
-        """Zero at the present posture, from the samples of the last 0.1 s."""
-        if self._recent:
+        """Zero at the present posture, from the samples of the last 0.1 s; in vain if they are no numbers."""
+        if self._recent and np.isfinite(self._recent).all():
             self._offset = np.mean(self._recent, axis=0)

@@ -1,5 +1,7 @@
 """The commands of the table that move or stop the arm."""
 
+import time
+
 from bathbot_scrub.rm65.errors import ProtocolError
 from bathbot_scrub.rm65.protocol import Frame, integer, integers, joints_from_wire, pose_from_wire
 
@@ -8,7 +10,7 @@ from bathbot_bringup.sim.controller_replies import Desk, command
 
 def _accept(desk: Desk, request: Frame) -> float:
     """Check what all planned moves share; give the share of full speed, 0..1."""
-    if not desk.power:
+    if not desk.controller.power:
         raise ProtocolError("the arm has no power")
     if desk.controller.busy:
         raise ProtocolError("a planned motion is on its way")  # queue or replace: not published
@@ -40,8 +42,9 @@ def _movel(desk: Desk, request: Frame) -> Frame:
 
 @command("movej_canfd")
 def _movej_canfd(desk: Desk, request: Frame) -> None:
-    if desk.power:
-        desk.controller.stream(joints_from_wire(integers(request, "joint", 6)))
+    joints = joints_from_wire(integers(request, "joint", 6))
+    desk.trace.frame(time.monotonic(), joints)
+    desk.controller.stream(joints)
 
 
 @command("set_arm_stop")

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 from bathbot_scrub.rm65.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM
-from bathbot_scrub.rm65.protocol import Frame, integer, joints_to_wire, pose_to_wire, wrench_to_wire
+from bathbot_scrub.rm65.protocol import Frame, integer, joints_to_wire, pose_to_wire
 
 from bathbot_bringup.sim.controller import Controller, Motion
-from bathbot_bringup.sim.push import PushSettings
+from bathbot_bringup.sim.push import PushSettings, wire_wrench
+from bathbot_bringup.sim.trace import Trace
 
 _SPEED_UNIT = np.radians(6.0) / 1000.0  # 0.001 RPM in [rad/s], and 0.001 RPM/s in [rad/s^2]
 _FIRMWARE = "V1.7.0"
@@ -26,7 +27,7 @@ class Desk:
 
     controller: Controller
     push: PushSettings = field(default_factory=PushSettings)
-    power: bool = True
+    trace: Trace = field(default_factory=Trace)
 
 
 Command = Callable[[Desk, Frame], Frame | None]
@@ -97,7 +98,7 @@ def _arm_state(desk: Desk, request: Frame) -> Frame:
             "pose": pose_to_wire(controller.T_base_flange),
             "err": [controller.error],
             "arm_err": controller.error,
-            "sys_err": 0,
+            "sys_err": controller.system_error,
         },
     )
 
@@ -208,10 +209,10 @@ def _dh_data(desk: Desk, request: Frame) -> Frame:
 
 @command("get_force_data")
 def _force_data(desk: Desk, request: Frame) -> Frame:
-    raw, zero = (wrench_to_wire(wrench) for wrench in desk.controller.sensor.reading)
+    raw, zero = (wire_wrench(wrench) for wrench in desk.controller.sensor.reading)
     turned = desk.controller.T_base_flange[:3, :3]
     value = desk.controller.sensor.reading.zero
-    work = wrench_to_wire(np.concatenate([turned @ value[:3], turned @ value[3:]]))
+    work = wire_wrench(np.concatenate([turned @ value[:3], turned @ value[3:]]))
     return _answer(
         "get_force_data",
         force_data=raw,
@@ -229,16 +230,16 @@ def _clear_force(desk: Desk, request: Frame) -> Frame:
 
 @command("clear_system_err")
 def _clear_errors(desk: Desk, request: Frame) -> Frame:
-    desk.controller.error = 0
+    desk.controller.clear_errors()
     return _answer("clear_system_err", clear_state=True)
 
 
 @command("get_arm_power_state")
 def _power_state(desk: Desk, request: Frame) -> Frame:
-    return _state("arm_power_state", power_state=int(desk.power))
+    return _state("arm_power_state", power_state=int(desk.controller.power))
 
 
 @command("set_arm_power")
 def _set_power(desk: Desk, request: Frame) -> Frame:
-    desk.power = bool(integer(request, "arm_power", 0, 1))
+    desk.controller.power = bool(integer(request, "arm_power", 0, 1))
     return _answer("set_arm_power", arm_power=True)

@@ -6,30 +6,34 @@ One lock stands around the controller.
 
 import asyncio
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
+from bathbot_scrub.rm65.errors import ArmConnectionError
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS
 from bathbot_scrub.rm65.period import raise_priority
-from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode
+from bathbot_scrub.rm65.protocol import Frame
 from numpy.typing import NDArray
 
 import bathbot_bringup.sim.controller_moves  # noqa: F401 - enters its commands into the table
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
 from bathbot_bringup.sim.controller import STEP, Arm, Controller, Settled
 from bathbot_bringup.sim.controller_replies import Desk, reply
+from bathbot_bringup.sim.emulator_session import Session, Sessions
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface
+from bathbot_bringup.sim.fault_schedule import FaultEvent, FaultSchedule
+from bathbot_bringup.sim.faults import Fault
 from bathbot_bringup.sim.push import PushSender, PushSettings, datagram
+from bathbot_bringup.sim.trace import Trace
 
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
-_MAX_UNREAD = 1 << 20  # [bytes] a client may leave unread before it is cut off
 
 
 class Truth(NamedTuple):
@@ -38,54 +42,6 @@ class Truth(NamedTuple):
     T_base_head: Array  # (4, 4)
     contact: Contact
     joints: Array  # [rad], shape (6,)
-
-
-class _Session(asyncio.Protocol):
-    """One client."""
-
-    def __init__(self, emulator: "Emulator") -> None:
-        self._emulator, self._buffer = emulator, FrameBuffer()
-        self._complained = False
-        self.transport: asyncio.Transport
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self.transport = transport  # type: ignore[assignment]
-        self._emulator.sessions.add(self)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._emulator.sessions.discard(self)
-
-    def data_received(self, data: bytes) -> None:
-        try:
-            for frame in self._buffer.feed(data):
-                if isinstance(frame, ProtocolError):
-                    self._complain(frame)
-                else:
-                    self._reply(frame)
-        except ProtocolError as error:
-            self._complain(error)
-            self.transport.close()
-
-    def send(self, frame: Frame) -> None:
-        if self.transport.get_write_buffer_size() > _MAX_UNREAD:
-            self.transport.abort()  # it asks and never reads
-        elif not self.transport.is_closing():
-            self.transport.write(encode(frame))
-
-    def _reply(self, request: Frame) -> None:
-        try:
-            answer = self._emulator.answer(request)
-        except ProtocolError as error:
-            self._complain(error)
-            return
-        if answer is not None:
-            self.send(answer)
-
-    def _complain(self, error: ProtocolError) -> None:
-        self._emulator.refused += 1
-        if not self._complained:
-            self._complained = True
-            log.warning("client %s: %s", self.transport.get_extra_info("peername"), error)
 
 
 class Emulator:
@@ -107,6 +63,7 @@ class Emulator:
         Raises:
             ArmConnectionError: When the port cannot be opened.
         """
+        self.faults, self.trace = FaultSchedule(), Trace()
         arm = Arm(Kinematics(settings.variant), RM65_LIMITS, Brush(), settings.generation)
         controller = Controller(
             arm,
@@ -114,18 +71,18 @@ class Emulator:
             surface or NoSurface(),
             clock,
             np.random.default_rng(settings.seed),
+            self.faults,
         )
-        self._desk = Desk(controller, PushSettings(port=settings.udp_port))
+        self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace)
         self._lock = threading.Lock()
-        self._sender = PushSender()
-        self.sessions: set[_Session] = set()
-        self.refused = 0
+        self._sender = PushSender(self.faults)
+        self.sessions = Sessions(self.answer, self.faults)
         self.late = 0
         self._open = True
         self._loop = asyncio.new_event_loop()
         try:
             self._server = self._loop.run_until_complete(
-                self._loop.create_server(lambda: _Session(self), settings.host, settings.port)
+                self._loop.create_server(lambda: Session(self.sessions), settings.host, settings.port)
             )
         except (OSError, UnicodeError) as error:
             self._loop.close()
@@ -151,6 +108,15 @@ class Emulator:
             controller = self._desk.controller
             return Truth(controller.T_base_head, controller.contact, controller.dynamics.joints)
 
+    def order(self, fault: Fault) -> None:
+        """Let something fail, from any thread; `fault.after` counts from now."""
+        self.faults.order(fault, time.monotonic())
+
+    @property
+    def refused(self) -> int:
+        """Frames that were refused so far."""
+        return self.sessions.refused
+
     @property
     def pushed(self) -> int:
         """Datagrams sent so far."""
@@ -175,8 +141,7 @@ class Emulator:
 
     def _shut(self) -> None:
         self._server.close()
-        for session in list(self.sessions):
-            session.transport.abort()
+        self.sessions.drop()
         self._loop.call_soon(self._loop.stop)
 
     def _serve(self) -> None:
@@ -188,16 +153,7 @@ class Emulator:
         raise_priority()
         due, count = time.monotonic(), 0
         while self._open:
-            with self._lock:
-                settled = self._desk.controller.step()
-                push = self._desk.push
-                data = (
-                    datagram(self._desk.controller, push) if push.enable and count % push.cycle == 0 else b""
-                )
-            if data:
-                self._sender.send(data, push)
-            if settled and self._open:
-                self._loop.call_soon_threadsafe(self._tell, settled)
+            self._step(time.monotonic(), count)
             count += 1
             due += STEP
             wait = due - time.monotonic()
@@ -206,18 +162,56 @@ class Emulator:
             elif wait < -0.1:  # the machine stood still: do not hurry after it
                 due, self.late = time.monotonic(), self.late + 1
 
-    def _tell(self, settled: list[Settled]) -> None:
-        """Send one completion event per ended motion to every client."""
-        for end in settled:
-            for session in list(self.sessions):
-                session.send(
-                    {
-                        "state": "current_trajectory_state",
-                        "trajectory_state": end.reached,
-                        "device": 0,
-                        "trajectory_connect": 0,
-                    }
-                )
+    def _step(self, now: float, count: int) -> None:
+        events = self.faults.update(now)
+        with self._lock:
+            for event in events:
+                self._begin_or_end(event)
+            controller, push = self._desk.controller, self._desk.push
+            settled = controller.step()
+            silent = "stalled" in self.faults or "power_cut" in self.faults
+            due = push.enable and count % push.cycle == 0 and not silent
+            state = datagram(controller, push) if due else None
+        self.trace.events(events)
+        pushed = self._sender.send(state, push, now) if state else math.nan
+        self.trace.step(trace_row(now, controller, pushed))
+        if settled and self._open:
+            self._loop.call_soon_threadsafe(self.sessions.tell, [completion(end) for end in settled])
+
+    def _begin_or_end(self, event: FaultEvent) -> None:
+        """Do what happens once, when a fault begins or ends."""
+        log.warning("fault %s %ss", event.kind, event.phase)
+        controller, later = self._desk.controller, self._loop.call_soon_threadsafe
+        match event.kind, event.phase:
+            case "none", _:
+                controller.surface.put_back()
+            case "dropped_tcp", "begin":
+                later(self.sessions.drop)
+            case "power_cut", "begin":
+                controller.cut_power()
+            case "power_cut", "end":
+                later(self.sessions.drop)
+            case "stalled", "end":
+                later(self.sessions.take_held)
+
+
+def completion(end: Settled) -> Frame:
+    """The event that tells clients that a planned motion has ended."""
+    return {
+        "state": "current_trajectory_state",
+        "trajectory_state": end.reached,
+        "device": 0,
+        "trajectory_connect": 0,
+    }
+
+
+def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float]:
+    """A step for the trace: the truth after it, and the resultant as pushed [N]."""
+    dynamics, T, contact = controller.dynamics, controller.T_base_head, controller.contact
+    return [
+        stamp, *dynamics.positions, *dynamics.speeds, *T[:3, 3], *T[:3, 2], *contact.force,
+        contact.compression, contact.indentation, pushed,
+    ]  # fmt: skip
 
 
 def run(

@@ -20,7 +20,10 @@ def bathroom_emulator(settings: SimRm65Settings) -> Emulator:
     """
     surface = BathroomScene(settings.seed).surface(settings.motion()) if settings.person else NoSurface()
     epoch = settings.epoch or time.time()
-    return Emulator(settings.emulator(), surface, lambda: time.time() - epoch)
+    emulator = Emulator(settings.emulator(), surface, lambda: time.time() - epoch)
+    for fault in settings.motion().faults:
+        emulator.order(fault)
+    return emulator
 
 
 def run(settings: SimRm65Settings) -> None:

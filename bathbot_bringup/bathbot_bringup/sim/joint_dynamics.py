@@ -1,6 +1,7 @@
 """How the emulated joints follow what they are told: with lag, limited speed and acceleration."""
 
 import math
+from collections.abc import Container
 
 import numpy as np
 from bathbot_scrub.rm65.limits import JointLimits
@@ -10,6 +11,7 @@ Array = NDArray[np.float64]
 _ACCELERATION = math.radians(600.0)  # [rad/s^2], the controller's own default
 _BRAKING = 0.8  # share of it that is counted on to stop at the target
 _RATE_MEMORY = 0.7  # of the target's own speed, per step
+_BRAKE = math.radians(1800.0)  # [rad/s^2] of a joint's mechanical brake; ours
 
 
 class JointDynamics:
@@ -32,14 +34,25 @@ class JointDynamics:
         """Joint angles [rad], shape (6,)."""
         return np.array(self.positions)
 
-    def step(self, target: ArrayLike, dt: float) -> None:
-        """Advance by `dt` [s] towards the target [rad], shape (6,), exact while no limit is met."""
+    def stopping_point(self) -> Array:
+        """Where the joints come to rest when they brake as hard as they can [rad], shape (6,)."""
+        way = [v * abs(v) / (2.0 * _BRAKING * _ACCELERATION) for v in self.speeds]
+        return self.joints + way
+
+    def step(self, target: ArrayLike, dt: float, stuck: Container[int] = ()) -> None:
+        """Advance by `dt` [s] towards the target [rad], shape (6,), exact while no limit is met.
+
+        The joints whose indices are in `stuck` brake instead, and stand.
+        """
         omega, decay, most = self._bandwidth, math.exp(-self._bandwidth * dt), _ACCELERATION * dt
         for i, goal in enumerate(target):
             goal, limit = float(goal), self._limits[i]
             rate = (goal - self._goals[i]) / dt
             self._goals[i] = goal
             self._rates[i] += (1.0 - _RATE_MEMORY) * (min(max(rate, -limit), limit) - self._rates[i])
+            if i in stuck:
+                self._brake(i, dt)
+                continue
             speed, error = self.speeds[i], self.positions[i] - goal
             slope = speed + omega * error
             free = (speed - omega * slope * dt) * decay
@@ -52,6 +65,12 @@ class JointDynamics:
             else:
                 self.positions[i] += 0.5 * (speed + new) * dt
             self.speeds[i] = new
+
+    def _brake(self, joint: int, dt: float) -> None:
+        speed = self.speeds[joint]
+        new = math.copysign(max(abs(speed) - _BRAKE * dt, 0.0), speed)
+        self.positions[joint] += 0.5 * (speed + new) * dt
+        self.speeds[joint] = new
 
     def at_rest(self, target: ArrayLike) -> bool:
         """Whether all joints stand at the target to 1e-4 rad and 1e-3 rad/s."""

@@ -1,8 +1,10 @@
 """The UDP state push of the emulated controller: settings, datagram, sending."""
 
 import json
+import math
 import socket
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.protocol import (
@@ -11,8 +13,10 @@ from bathbot_scrub.rm65.protocol import (
     quaternion_to_wire,
     wrench_to_wire,
 )
+from numpy.typing import ArrayLike
 
 from bathbot_bringup.sim.controller import Controller
+from bathbot_bringup.sim.fault_schedule import FaultSchedule
 
 _SPEED_UNIT = np.radians(0.01)  # 0.01 deg/s; the documents disagree with 0.01 RPM
 _CURRENT = [350] * 6  # healthy joints, all of them
@@ -31,33 +35,46 @@ class PushSettings:
     force_coordinate: int = 0  # 0 sensor, 1 work, 2 tool frame
 
 
-def datagram(controller: Controller, push: PushSettings) -> bytes:
+def wire_wrench(wrench: ArrayLike) -> list[int | None]:
+    """Forces and torques [N, Nm] on the wire; what is no number is null, as the usual C library writes it."""
+    wrench = np.asarray(wrench)
+    return wrench_to_wire(wrench) if np.isfinite(wrench).all() else [None] * len(wrench)
+
+
+class Datagram(NamedTuple):
+    """One state, ready to be sent."""
+
+    data: bytes
+    force: float  # [N] resultant of the zeroed force in it
+
+
+def datagram(controller: Controller, push: PushSettings) -> Datagram:
     """Write the present state as the controller does."""
     reading, T = controller.sensor.reading, controller.T_base_flange
     zero = reading.zero
     if push.force_coordinate == 1:
         zero = np.concatenate([T[:3, :3] @ zero[:3], T[:3, :3] @ zero[3:]])
     error = controller.error
-    return (
+    data = (
         json.dumps(
             {
                 "state": "realtime_arm_joint_state",
                 "arm_current_status": controller.motion.value,
                 "err": [error],
                 "arm_err": error,
-                "sys_err": 0,
+                "sys_err": controller.system_error,
                 "joint_status": {
                     "joint_position": joints_to_wire(controller.dynamics.positions),
                     "joint_speed": [round(v / _SPEED_UNIT) for v in controller.dynamics.speeds],
                     "joint_current": _CURRENT,
                     "joint_voltage": _VOLTAGE,
                     "joint_temperature": _TEMPERATURE,
-                    "joint_en_flag": [1] * 6,
-                    "joint_err_code": [0] * 6,
+                    "joint_en_flag": [int(not code) for code in controller.joint_codes],
+                    "joint_err_code": controller.joint_codes,
                 },
                 "six_force_sensor": {
-                    "force": wrench_to_wire(reading.raw),
-                    "zero_force": wrench_to_wire(zero),
+                    "force": wire_wrench(reading.raw),
+                    "zero_force": wire_wrench(zero),
                     "coordinate": push.force_coordinate,
                 },
                 "waypoint": {
@@ -70,20 +87,52 @@ def datagram(controller: Controller, push: PushSettings) -> bytes:
         ).encode()
         + b"\r\n"
     )
+    return Datagram(data, float(np.linalg.norm(zero[:3])))
 
 
 class PushSender:
-    """Sends datagrams where the settings say; a dead receiver is no error."""
+    """Sends datagrams where the settings say; a dead receiver is no error.
 
-    def __init__(self) -> None:
+    The faults of the push happen here.
+    """
+
+    def __init__(self, faults: FaultSchedule | None = None) -> None:
         """Open a socket."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._faults = faults or FaultSchedule()
+        self._held: list[Datagram] = []
+        self._last_sent, self._held_since = -math.inf, -math.inf
+        self._frozen: Datagram | None = None
         self.sent = 0
         self.failed = 0
 
-    def send(self, data: bytes, push: PushSettings) -> None:
-        """Send one datagram; failures are counted."""
+    def send(self, state: Datagram, push: PushSettings, now: float) -> float:
+        """Send one datagram, or do with it what the faults demand; `now` in [s].
+
+        Returns the force of the newest datagram that left [N], NaN when none did. Failures are counted.
+        """
+        faults = self._faults
+        if "lost_udp" in faults or now - self._last_sent < faults.value("slow_udp"):
+            return math.nan
+        self._last_sent = now
+        if "frozen_udp" in faults:
+            state = self._frozen = self._frozen or state
+        else:
+            self._frozen = None
+        if "garbled_udp" in faults:
+            state = Datagram(state.data[: len(state.data) // 2], math.nan)
+        if not self._held:
+            self._held_since = now
+        self._held.append(state)
+        if now - self._held_since < faults.value("time_jump"):
+            return math.nan
+        for held in self._held:
+            self._send(held.data, push)
+        self._held.clear()
+        return state.force
+
+    def _send(self, data: bytes, push: PushSettings) -> None:
         try:
             self._socket.sendto(data, (push.ip, push.port))
             self.sent += 1

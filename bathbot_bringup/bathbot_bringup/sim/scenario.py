@@ -1,4 +1,4 @@
-"""How the person moves: a scenario from a YAML file, and the motion as a pure function of time.
+"""How the person moves and what fails: a scenario from a YAML file, and the motion as a function of time.
 
 Time is t = ROS time - epoch [s], so the camera and the arm's emulator see the same body without talking.
 """
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.errors import SettingsError
+from bathbot_bringup.sim.faults import Fault, parse_fault
 
 SCENARIOS = Path(__file__).parent / "scenarios"
 
@@ -54,6 +55,7 @@ class Scenario:
         steam: Optical thickness of the air at one metre.
         wetness: Of the skin as depth sees it, 0..1.
         drops: Number of drops on the camera's window.
+        faults: Of the arm's emulator, from its start on.
     """
 
     breath_amplitude: float = 0.0
@@ -63,6 +65,7 @@ class Scenario:
     steam: float = 0.0
     wetness: float = 0.0
     drops: int = 0
+    faults: tuple[Fault, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what no seated person does."""
@@ -102,7 +105,8 @@ def load_scenario(name: str) -> Scenario:
             )
         shifts = tuple(Shift(**{**entry, "offset": tuple(entry.get("offset", (0.0, 0.0, 0.0)))})
                        for entry in content.pop("shifts", ()))  # fmt: skip
-        return Scenario(shifts=shifts, **content)
+        faults = tuple(parse_fault(entry) for entry in content.pop("faults", ()))
+        return Scenario(shifts=shifts, faults=faults, **content)
     except (yaml.YAMLError, TypeError, AttributeError) as error:
         raise SettingsError(f"scenario {path.name} cannot be read: {' '.join(str(error).split())}") from error
 

@@ -1,14 +1,18 @@
 """Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and their true contact."""
 
 import sys
+import threading
 
 import numpy as np
+from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.stage_node import OK, StageNode, run
 from bathbot_scrub.rm65.messages import pose_message
 from bathbot_scrub.rm65.period import prefer_process
 from geometry_msgs.msg import Vector3
+from std_msgs.msg import String
 
 from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
+from bathbot_bringup.sim.faults import read_fault
 from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
 from bathbot_msgs.msg import SimContact
 
@@ -27,6 +31,10 @@ class SimRm65(StageNode):
         """Create the topic."""
         self._settings = settings
         self._contact = self.create_publisher(SimContact, "sim_contact", 10)
+        self._requests = [
+            self.create_subscription(String, "sim_fault", self._order, 10),
+            self.create_subscription(String, "sim_trace", self._write_trace, 10),
+        ]
 
     def start(self) -> None:
         """Open the ports."""
@@ -42,11 +50,37 @@ class SimRm65(StageNode):
         if hasattr(self, "_emulator"):
             self.destroy_timer(self._timer)
             self._emulator.close()
+            if self._settings.trace:
+                self._write(self._settings.trace)
             del self._emulator
 
     def teardown(self) -> None:
-        """Let the topic go."""
+        """Let the topics go."""
         self.destroy_publisher(self._contact)
+        for subscription in self._requests:
+            self.destroy_subscription(subscription)
+
+    def _order(self, message: String) -> None:
+        """Let something fail."""
+        try:
+            self._emulator.order(read_fault(message.data))
+        except (BathbotError, AttributeError) as error:
+            self.get_logger().warning(f"sim_fault: {error}")
+
+    def _write_trace(self, message: String) -> None:
+        """Write the trace to a file beside the running timer; an empty name forgets it."""
+        if not hasattr(self, "_emulator"):
+            return
+        if message.data:
+            threading.Thread(target=self._write, args=(message.data,), daemon=True).start()
+        else:
+            self._emulator.trace.clear()
+
+    def _write(self, path: str) -> None:
+        try:
+            self._emulator.trace.write(path)
+        except BathbotError as error:
+            self.get_logger().warning(f"sim_trace: {error}")
 
     def _publish(self) -> None:
         truth = self._emulator.truth()

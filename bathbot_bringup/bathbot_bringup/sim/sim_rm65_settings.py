@@ -28,6 +28,7 @@ class SimRm65Settings:
     epoch: float = _about(
         0.0, "ROS time at which the person's motion begins [s], shared with sim_camera; 0: now"
     )
+    trace: str = _about("", "file to write what really happened to, .npz, at the end; empty: none")
 
     def __post_init__(self) -> None:
         """Refuse what no controller has."""

@@ -1,0 +1,158 @@
+"""Faults as they are written, when they last, and the trace that tells of them."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from bathbot_bringup.errors import InputError, SettingsError
+from bathbot_bringup.sim.fault_schedule import FaultEvent, FaultSchedule
+from bathbot_bringup.sim.faults import KINDS, Fault, parse_fault, read_fault
+from bathbot_bringup.sim.force_faults import ForceFaults, ForceReading
+from bathbot_bringup.sim.scenario import load_scenario
+from bathbot_bringup.sim.trace import Trace, load_trace
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+LASTING = sorted(set(KINDS) - {"none"})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_alone_is_a_fault_with_its_own_value(kind):
+    assert KINDS[kind].about
+    fault = parse_fault({"kind": kind})
+    assert (fault.after, fault.duration) == (0.0, math.inf)
+    assert_allclose(fault.value, KINDS[kind].value)
+
+
+@given(
+    mapping=st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(
+                st.sampled_from(["kind", "after", "duration", "value"]) | st.text(max_size=3), inner
+            )
+        ),
+        max_leaves=8,
+    )
+    | st.fixed_dictionaries(
+        {"kind": st.sampled_from(sorted(KINDS))},
+        optional={key: st.floats() | st.integers() | st.text() for key in ("after", "duration", "value")},
+    )
+)
+def test_whatever_is_written_is_a_fault_or_one_line(mapping):
+    try:
+        fault = parse_fault(mapping)
+    except SettingsError as error:
+        told = str(error)
+        assert "\n" not in told
+    else:
+        kind = KINDS[fault.kind]
+        assert 0.0 <= fault.after < math.inf
+        assert fault.duration > 0.0
+        assert math.isnan(kind.value) or kind.lowest <= fault.value <= kind.highest
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[" * 2000, "kind: tea", "\0", "- 1", "{kind: lost_udp, value: 3}"]
+)
+def test_text_that_is_no_fault_is_refused(text):
+    with pytest.raises(SettingsError):
+        read_fault(text)
+    assert read_fault("{kind: slow_udp, after: 1, value: 0.5}") == Fault("slow_udp", 1.0, value=0.5)
+
+
+@given(
+    orders=st.lists(
+        st.tuples(st.sampled_from(LASTING), st.floats(0.0, 5.0), st.floats(0.01, 5.0)), max_size=8
+    ),
+    steps=st.lists(st.floats(0.001, 3.0), min_size=1, max_size=20),
+)
+def test_every_fault_begins_once_and_ends_once_in_time(orders, steps):
+    schedule = FaultSchedule()
+    for kind, after, duration in orders:
+        schedule.order(Fault(kind, after, duration), now=100.0)
+    events, now = [], 100.0
+    for step in [*steps, 20.0, 20.0]:
+        now += step
+        events += schedule.update(now)
+        for kind in LASTING:
+            begun = sum(e.kind == kind and e.phase == "begin" for e in events)
+            ended = sum(e.kind == kind and e.phase == "end" for e in events)
+            assert (kind in schedule) == (begun > ended)
+    assert sorted(e.kind for e in events if e.phase == "begin") == sorted(kind for kind, _, _ in orders)
+    assert sorted(e.kind for e in events if e.phase == "end") == sorted(kind for kind, _, _ in orders)
+
+
+def test_none_ends_all_and_forgets_what_waits():
+    schedule = FaultSchedule()
+    schedule.order(Fault("lost_udp"), 0.0)
+    schedule.order(Fault("nan_force", after=2.0), 0.0)
+    assert schedule.update(0.0) == [FaultEvent(0.0, "lost_udp", "begin")]
+    schedule.order(Fault("none"), 1.0)
+    assert schedule.update(1.0) == [FaultEvent(1.0, "lost_udp", "end"), FaultEvent(1.0, "none", "begin")]
+    assert schedule.update(9.0) == []
+    assert "lost_udp" not in schedule
+    assert math.isnan(schedule.value("lost_udp"))
+
+
+def test_a_stale_force_is_the_one_of_some_time_ago():
+    schedule = FaultSchedule()
+    sensor = ForceFaults(schedule, 0.005)
+    readings = [ForceReading(np.full(6, float(i)), np.full(6, -float(i))) for i in range(300)]
+    for reading in readings[:200]:
+        assert sensor.spoil(reading) is reading
+    schedule.order(Fault("stale_force", value=0.5), 0.0)
+    schedule.update(0.0)
+    for index in range(200, 300):
+        assert sensor.spoil(readings[index]) is readings[index - 100]
+
+
+def test_a_scenario_orders_faults(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text("sway_amplitude: 0.001\nfaults: [{kind: lost_udp, after: 2.0, duration: 0.5}]\n")
+    assert load_scenario(str(path)).faults == (Fault("lost_udp", 2.0, 0.5),)
+    path.write_text("faults: [{kind: tea}]\n")
+    with pytest.raises(SettingsError, match="known are none, stale_force"):
+        load_scenario(str(path))
+
+
+def test_the_trace_keeps_the_newest_and_reads_as_it_was_written(tmp_path):
+    trace = Trace(kept=300)
+    for index in range(700):
+        trace.step([float(index), *range(6), *range(6, 12), *range(12, 21), 21.0, 22.0, math.nan])
+        trace.frame(index + 0.5, np.full(6, index))
+    trace.events([FaultEvent(3.0, "lost_udp", "begin"), FaultEvent(4.0, "lost_udp", "end")])
+    trace.write(tmp_path / "deep" / "trace.npz")
+    data = load_trace(tmp_path / "deep" / "trace.npz")
+    assert_allclose(data.stamp, np.arange(400.0, 700.0))
+    assert_allclose(data.joint_speeds[7], range(6, 12))
+    assert_allclose(data.approach[0], [15, 16, 17])
+    assert (data.compression[0], data.indentation[0]) == (21.0, 22.0)
+    assert np.isnan(data.pushed_force).all()
+    assert_allclose(data.frame_joints[:, 2], data.frame_stamp - 0.5)
+    assert (data.event_kind.tolist(), data.event_phase.tolist()) == (["lost_udp"] * 2, ["begin", "end"])
+    trace.clear()
+    trace.step([9.0] * 25)
+    assert trace.data().stamp.tolist() == [9.0]
+    assert not len(trace.data().event_kind)
+
+
+def test_what_is_no_trace_is_refused(tmp_path):
+    (tmp_path / "x.npz").write_text("tea")
+    np.savez(tmp_path / "y.npz", stamp=np.zeros(3))
+    for name in ("x.npz", "y.npz", "none.npz"):
+        with pytest.raises(InputError, match="is no trace"):
+            load_trace(tmp_path / name)
+    with pytest.raises(InputError, match="cannot write trace"):
+        Trace(kept=1).write("/proc/no/trace.npz")
+
+
+def test_a_step_of_the_trace_costs_little():
+    trace, row = Trace(), [1.0] * 25
+    begun = time.perf_counter()
+    for _ in range(1000):
+        trace.step(row)
+    assert (time.perf_counter() - begun) / 1000 < 1e-3  # 3 us on a quiet machine
