@@ -213,3 +213,19 @@ def test_a_paused_search_goes_on_searching():
     guard.resume()
     assert guard.check(reading((0.0, 0.0, -1.2))) is Action.STOP
     assert guard.state is State.CONTACT
+
+
+@pytest.mark.parametrize("state", [State.FREE, State.HOLD], ids=lambda state: state.name)
+def test_a_person_who_follows_the_arm_is_left_again(state):
+    guard = guard_in(State.CONTACT)
+    if state is State.FREE:
+        guard.begin_retract()
+    else:
+        guard.check(reading((0.0, 0.0, -11.0)))
+    guard.check(reading())
+    guard.arrived("retracted")
+    assert guard.state is state
+    assert guard.check(reading((0.0, 0.0, -1.5), rise=40.0)) is Action.RETRACT
+    assert guard.check(reading((0.0, 0.0, -9.0))) is Action.GO_ON
+    assert guard.check(reading()) is Action.GO_ON
+    assert guard.check(reading((0.0, 0.0, -11.0))) is Action.RETRACT

@@ -153,7 +153,7 @@ class Approach:
                 left -= 0.1
                 if canceled() or left < 0.0:
                     loop.guard.stop("the approach was canceled")
-                    loop.brake()
+                    loop.motion.brake()
                     raise CanceledError(
                         "the approach was canceled" if left >= 0.0 else "the approach took too long"
                     )

@@ -32,6 +32,7 @@ from bathbot_scrub.rm65.way_out import Retract, WayOut
 from bathbot_scrub.rm65.wrench_filter import resultant
 
 Array = NDArray[np.float64]
+_TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
@@ -53,7 +54,7 @@ class ControlLoop:
         Args:
             link: Gives what is measured and takes the joint stream.
             planner: Plans the way off the skin.
-            guard: Judges every reading; only used under `lock`.
+            guard: Only used under `lock`.
             settings: Period, deadlines, and how to leave.
             warn: Takes one line for the log.
         """
@@ -74,8 +75,7 @@ class ControlLoop:
         self._at_work, self._rest = AtWork(), 0.0
         self._sent = 0.0  # [s] when the last command went out
         self._over_since: float | None = None  # [s] stamp of the sample that is being answered
-        self._news = threading.Event()
-        self._open = True
+        self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
     def start(self) -> None:
@@ -111,19 +111,16 @@ class ControlLoop:
         with self.lock:
             alarm = self.alarm()
             if alarm.doubtful:  # an alarm that has passed lets it begin, and wait for steady data by itself
-                raise NotReadyError(
-                    f"{alarm.message}; check the controller, its cable and parameters host, port, udp_port"
-                )
+                raise NotReadyError(f"{alarm.message}; {_TRY}")
             return self.where()
 
     def where(self) -> Array:
         """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere."""
         command, measured = self.motion.command, self._link.sense().joints
-        astray = not np.abs(measured - (measured if command is None else command)).max() <= _ASTRAY
-        if command is not None and (self.guard.moving or not astray):
+        if command is not None and (self.guard.moving or np.abs(measured - command).max() <= _ASTRAY):
             return command
         if not np.isfinite(measured).all():
-            raise NotReadyError("no state from the controller yet; check parameters host, port, udp_port")
+            raise NotReadyError(f"no state from the controller yet; {_TRY}")
         return measured
 
     def alarm(self) -> Alarm:
@@ -144,23 +141,15 @@ class ControlLoop:
         self.motion.begin(path, pace, kind)
         self.guard.moving = True
 
-    def brake(self) -> None:
-        """Bring the motion to rest on its path."""
-        self.motion.brake()
-
     def leave(self) -> None:
-        """Leave along the outward normal at once; the caller holds the lock and has set the guard's state.
-
-        Raises:
-            UnreachableError: When there is no way straight back.
-        """
+        """Leave along the outward normal at once; lock and state as for `begin`; may be unreachable."""
         self.motion.leave(self.where())
         self.guard.moving = True
 
     def forget(self) -> None:
         """What was commanded no longer counts; the caller holds the lock."""
         self.motion.forget()
-        self._link.vitals.command(None)
+        self._link.vitals.command(None, time.monotonic())
         self.guard.moving = False
         self.statistics.pause()
         self.lock.notify_all()
@@ -196,8 +185,8 @@ class ControlLoop:
         """A command went out now [s]."""
         if self._over_since is not None:
             self.reactions.add(now - self._over_since)
-            self._over_since = None
             self.statistics.pause()  # this one came early, on purpose
+            self._over_since = None
         self._sent = now
         self.statistics.tick(now)
 
@@ -228,7 +217,7 @@ class ControlLoop:
             self.leave()
             beat.bring_forward(self._sent + _SHORTEST_FRAME)
         elif action is Action.STOP:
-            self.brake()
+            self.motion.brake()
         elif action is Action.RESUME:
             self.resume()
         elif self.guard.state is State.CONTACT:
@@ -246,7 +235,7 @@ class ControlLoop:
         else:
             self._rest = 0.0
         joints = motion.step()
-        self._link.vitals.command(joints)
+        self._link.vitals.command(joints, time.monotonic())
         if motion.runner is not None and motion.at_rest:
             self._at_rest(motion.runner)
         return joints

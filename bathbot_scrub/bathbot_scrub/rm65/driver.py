@@ -111,7 +111,7 @@ class ArmDriver:
         """Brake and give the motion up."""
         with self.loop.lock:
             self.loop.guard.stop("stopped")
-            self.loop.brake()
+            self.loop.motion.brake()
             self.loop.lock.notify_all()
 
     def pause(self) -> None:
@@ -122,7 +122,7 @@ class ArmDriver:
         """
         with self.loop.lock:
             self.loop.guard.pause()
-            self.loop.brake()
+            self.loop.motion.brake()
 
     def resume(self) -> None:
         """Go on after a pause, allow the next motion, or leave FAULT when its cause is gone.

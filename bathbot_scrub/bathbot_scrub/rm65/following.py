@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_EXPLAINED = 10  # commands, 0.1 s: the lag of the controller and of the way there and back
+_EXPLAINED = 8  # commands, 0.08 s: the lag of the controller and of the way there and back
 _WATCHED = 30  # commands, 0.3 s, in which something must have moved
 _REMEMBERED = 60  # commands, 0.6 s: a change of speed that joints have not made good yet
 _ACCELERATION = np.radians(600.0)  # [rad/s^2] of the joints, the controller's default
@@ -25,7 +25,7 @@ class Lag(NamedTuple):
     beyond: float  # [rad] of the worst joint, outside what its commands explain; 0: inside
     lasts: int  # commands in a row for which it has been beyond the tolerance
     joint: int  # its number, 1 to 6
-    told: float  # [rad] way of the joint told to go farthest, from 0.3 to 0.1 s ago
+    told: float  # [rad] way of the joint told to go farthest, from 0.3 to 0.08 s ago
     went: float  # [rad] how far that joint went until now
 
 
@@ -41,12 +41,13 @@ class Following:
         self._told: deque[Array] = deque(maxlen=_REMEMBERED)
         self._went: deque[Array] = deque(maxlen=_WATCHED)
 
-    def command(self, joints: Array, measured: Array) -> Lag:
-        """Take what is commanded now [rad], and what is measured, shape (6,) each."""
+    def command(self, joints: Array, measured: Array, age: float) -> Lag:
+        """Take what is commanded now [rad], and what was measured `age` [s] ago, shape (6,) each."""
+        explained = _EXPLAINED + int(np.ceil(min(age, 1.0) / self._period))
         self._told.append(joints)
         self._went.append(measured)
         told, went = np.array(self._told), np.array(self._went)
-        lately = told[-_EXPLAINED:]
+        lately = told[-explained:]
         speeds = np.diff(told, axis=0, prepend=told[:1]) / self._period
         behind = np.ptp(speeds, axis=0) ** 2 / (2.0 * _ACCELERATION)
         outside = np.maximum(lately.min(0) - measured, measured - lately.max(0)) - behind

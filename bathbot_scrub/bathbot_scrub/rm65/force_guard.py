@@ -30,11 +30,13 @@ class ForceGuard:
         self.state, self.reason, self.cause = State.FREE, "", Cause.NONE
         self.region: RegionLimits = limits.gentlest()
         self.touching = False  # on the skin, or so near that it may be
+        self.facing = False  # it has left a person, who may follow
         self.moving = False  # set by the control loop
         self.waiting = ""  # for what the motion stands until it goes on by itself; empty: it does not
         self.over_since: float | None = None  # [s] stamp of the first sample of the present excess
         self._seeking = False
         self._settled = False  # the search has come to rest: a rise of force is the body's doing now
+        self._off = False  # while leaving: nothing is felt any more
         self._forced = False  # the arm left because of force, and nobody has allowed it to go on
         self._paused_from: State | None = None
         self._after_retract = State.FREE
@@ -60,16 +62,17 @@ class ForceGuard:
         excess = self._excess(reading) if trusted else ""
         self._note_first(reading, excess)
         if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
-            pressed = excess and self.touching and alarm.joints
+            pressed = excess and (self.touching or self.facing) and alarm.joints
             return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
         if self.state is State.RETRACTING:
-            return self._check_leaving(reading, alarm, trusted)
-        if not (self.moving or self.touching or self.waiting):
+            return self._check_leaving(reading, alarm, excess if trusted else None)
+        met = excess if self.moving or self.touching or self.facing else ""  # not while it stands in free air
+        if not (met or self.moving or self.touching or self.waiting):
             return Action.GO_ON
         faulty = alarm.reaction is Reaction.FAULT
-        if excess and alarm.joints and (self.moving or self.touching):  # not while it stands in free air
+        if met and alarm.joints:
             hard = resultant(reading.sudden) > self.region.hard_stop
-            return self._leave(excess, State.FAULT if hard or faulty else State.HOLD)
+            return self._leave(met, State.FAULT if hard or faulty else State.HOLD)
         if faulty:
             return self.fault(alarm.message)
         if alarm.reaction is Reaction.WAIT:
@@ -99,7 +102,7 @@ class ForceGuard:
         if self._forced:
             raise NotReadyError("the arm left because of force; see whether the way is free, then arm/resume")
         self._enter(State.APPROACH, reason)
-        self.region = region
+        self.region, self.facing = region, False
 
     def begin_seeking(self) -> None:
         """Begin the straight part: from here on the head may touch."""
@@ -124,7 +127,7 @@ class ForceGuard:
     def arrived(self, where: str) -> None:
         """The motion of this state has reached its end."""
         if self.state is State.RETRACTING:
-            self.touching = False
+            self.touching, self.facing = False, True
             forced = self._after_retract is not State.FREE
             reason = self.reason.replace("retracting", "retracted") if forced else where
             self._enter(self._after_retract, reason, self.cause)
@@ -181,19 +184,26 @@ class ForceGuard:
 
     def _enter(self, state: State, reason: str, cause: Cause = Cause.NONE) -> None:
         self.state, self.reason, self.cause = state, reason, cause
-        self._seeking, self._paused_from, self.waiting = False, None, ""
+        self._seeking, self._paused_from, self.waiting, self._off = False, None, "", False
 
-    def _check_leaving(self, reading: Reading, alarm: Alarm, trusted: bool) -> Action:
-        """While leaving a doubtful force does not hold the arm on the skin; doubtful joints stop it."""
+    def _check_leaving(self, reading: Reading, alarm: Alarm, excess: str | None) -> Action:
+        """While leaving a doubtful force (None) does not hold the arm on the skin, doubtful joints do."""
         if alarm.reaction is Reaction.FAULT:
             if not alarm.joints:
                 return self.fault(alarm.message)
             self._after_retract, self.reason = State.FAULT, f"retracting: {alarm.message}"
+        if alarm.reaction is Reaction.WAIT and not alarm.joints:
+            return self._wait(alarm)
+        if excess is None:
+            return self._calm()
         force = resultant(reading.sudden)
-        if trusted and force > self.region.hard_stop and self._after_retract is not State.FAULT:
+        if force > self.region.hard_stop and self._after_retract is not State.FAULT:
             self._after_retract = State.FAULT
             self.reason = f"retracting: force {force:.1f} N passed the hard limit"
-        return self._wait(alarm) if alarm.reaction is Reaction.WAIT and not alarm.joints else self._calm()
+        if excess and self._off:  # the person has come after it
+            return self._leave(excess, self._after_retract or State.HOLD)
+        self._off = self._off or not self._felt(reading)
+        return self._calm()
 
     def _wait(self, alarm: Alarm) -> Action:
         """Brake once, and stand for as long as the alarm lasts."""
@@ -208,26 +218,29 @@ class ForceGuard:
         return Action.RESUME
 
     def _felt(self, reading: Reading) -> bool:
+        """Whether skin is felt."""
         return max(resultant(reading.wrench), resultant(reading.sudden)) >= self._limits.contact
+
+    @property
+    def _transit(self) -> float | None:
+        return None if self.touching or self.facing else self._limits.transit
 
     def _excess(self, reading: Reading) -> str:
         """Name the limit that the reading passes; empty when none."""
-        transit = None if self.touching else self._limits.transit
         for wrench in (reading.sudden, reading.wrench):
-            if passed := limit_passed(wrench, self.region, transit):
+            if passed := limit_passed(wrench, self.region, self._transit):
                 return passed
-        on_skin = self.touching and self.state is not State.RETRACTING
-        return surge(reading, self._limits, self._settled) if on_skin else ""
+        settled = self._settled if self.state is State.APPROACH or self.touching else True
+        near = self.facing or (self.touching and (self._off or self.state is not State.RETRACTING))
+        return surge(reading, self._limits, settled) if near else ""
 
     def _note_first(self, reading: Reading, excess: str) -> None:
         """Remember when the first sample over a limit came, to know how long the answer takes."""
         over = excess or limit_passed(
             reading.raw, self.region, None if self.touching else self._limits.transit
         )
-        if not over:
-            self.over_since = None
-        elif self.over_since is None:
-            self.over_since = reading.stamp
+        since = reading.stamp if self.over_since is None else self.over_since
+        self.over_since = since if over else None
 
     def _leave(self, reason: str, after: State, cause: Cause = Cause.FORCE) -> Action:
         self._forced = self._forced or (self._needs_consent and cause is Cause.FORCE)

@@ -47,7 +47,7 @@ class Transition(NamedTuple):
 
 TRANSITIONS = (
     Transition(State.FREE, State.APPROACH, "asked to approach or to go home"),
-    Transition(State.FREE, State.RETRACTING, "asked to retract"),
+    Transition(State.FREE, State.RETRACTING, "asked, or followed by the person it left"),
     Transition(State.FREE, State.HOLD, "stopped"),
     Transition(State.FREE, State.FAULT, "error of the program"),
     Transition(State.APPROACH, State.CONTACT, "skin felt"),

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections import OrderedDict
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from bathbot_scrub.rm65.wrench_filter import common
 
 Array = NDArray[np.float64]
 _TOGETHER = 0.001  # [s] between samples that arrive together: they were late
+_KEPT = 400  # readings of the force that are remembered, 2 s
 _BURST_COUNTS = 0.3  # [s] for which a burst is told
 
 
@@ -40,7 +42,7 @@ class Signs(NamedTuple):
     refused: int  # datagrams since then that could not be read
     late: int  # most samples that lately arrived together
     finite: bool  # the force is a number
-    repeats: int  # how often the newest reading of the force has come in a row
+    repeats: int  # newest readings of the force in a row that had come before
     wrench: Array  # (6,) at the sensor, what two samples in a row have at least [N, Nm]
     errors: tuple[int, ...]
     joint_errors: tuple[int, ...]
@@ -57,7 +59,8 @@ class VitalSigns:
         self._lock = threading.Lock()
         self._sample: ArmSample | None = None
         self._before: Array | None = None
-        self._repeats, self._together, self._refused = 1, 1, 0
+        self._readings: OrderedDict[bytes, None] = OrderedDict()
+        self._repeats, self._together, self._refused = 0, 1, 0
         self._late, self._late_at = 0, -math.inf
         self._following, self._lag = Following(tolerance, period), NO_LAG
 
@@ -66,7 +69,7 @@ class VitalSigns:
         with self._lock:
             last = self._sample
             if last is not None:
-                self._repeats = self._repeats + 1 if np.array_equal(sample.wrench, last.wrench) else 1
+                self._repeats = self._repeats + 1 if self._known(sample.wrench) else 0
                 self._together = self._together + 1 if sample.stamp - last.stamp < _TOGETHER else 1
                 self._before = last.wrench
             if self._together > 1 and (
@@ -75,19 +78,28 @@ class VitalSigns:
                 self._late, self._late_at = self._together, sample.stamp
             self._sample, self._refused = sample, 0
 
+    def _known(self, wrench: Array) -> bool:
+        """Whether this very reading came before, in the last two seconds; noise never repeats itself."""
+        reading = wrench.tobytes()
+        known = reading in self._readings
+        self._readings[reading] = None
+        if len(self._readings) > _KEPT:
+            self._readings.popitem(last=False)
+        return known
+
     def refuse(self) -> None:
         """A datagram came that could not be read."""
         with self._lock:
             self._refused += 1
 
-    def command(self, joints: Array | None) -> None:
-        """Take what is commanded now [rad], shape (6,); None: the stream rests."""
+    def command(self, joints: Array | None, now: float) -> None:
+        """Take what is commanded at `now` [s], joints [rad], shape (6,); None: the stream rests."""
         with self._lock:
             if joints is None or self._sample is None:
                 self._following.forget()
                 self._lag = NO_LAG
             else:
-                self._lag = self._following.command(joints, self._sample.joints)
+                self._lag = self._following.command(joints, self._sample.joints, now - self._sample.stamp)
 
     def signs(self, now: float, tcp: Connected, activity: Activity) -> Signs:
         """What is known at `now` [s], on the clock of the stamps."""
@@ -96,7 +108,7 @@ class VitalSigns:
             late = self._late if now - self._late_at <= _BURST_COUNTS else 0
             if sample is None:
                 nothing = np.full(6, np.nan)
-                return Signs(math.inf, self._refused, 0, True, 1, nothing, (), (), self._lag, tcp, activity)
+                return Signs(math.inf, self._refused, 0, True, 0, nothing, (), (), self._lag, tcp, activity)
             wrench = sample.wrench if before is None else common(sample.wrench, before)
             return Signs(
                 max(now - sample.stamp, 0.0),

@@ -54,7 +54,11 @@ def _no_force(signs: Signs, settings: DriverSettings) -> str:
 
 def _frozen(signs: Signs, settings: DriverSettings) -> str:
     frozen = signs.repeats >= settings.frozen_samples
-    return f"force reading has been the same {signs.repeats} times: the sensor is frozen" if frozen else ""
+    return (
+        f"the last {signs.repeats} readings of the force had come before: it is frozen or old"
+        if frozen
+        else ""
+    )
 
 
 def _saturated(signs: Signs, settings: DriverSettings) -> str:
@@ -122,7 +126,7 @@ WATCHDOGS = (
     Watchdog("unreadable", "datagrams that are no state", "brake_after", _WAIT, _unreadable, False, False),
     Watchdog("late_samples", "samples that arrive at once", "brake_after", _WAIT, _late),
     Watchdog("no_force", "force that is not a number", "at once", _WAIT, _no_force, False),
-    Watchdog("frozen_force", "the same reading again and again", "frozen_samples", _FAULT, _frozen, False),
+    Watchdog("frozen_force", "readings that came before", "frozen_samples", _FAULT, _frozen, False),
     Watchdog("saturated_force", "two readings at the rated load", "at once", _FAULT, _saturated),
     Watchdog("force_sensor_error", "error codes of the sensor", "at once", _FAULT, _force_error, False),
     Watchdog("controller_error", "all other error codes", "at once", _FAULT, _controller_error, True, False),
