@@ -9,6 +9,7 @@ from bathbot_depthcorr.rigid import inverse
 from numpy.typing import NDArray
 
 from bathbot_localize.arm_shape import RM65_CAPSULES
+from bathbot_localize.body_cloud import BodyCloud
 from bathbot_localize.disc import NoSkinError
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.frame_tree import FrameTree, UnknownFrameError
@@ -46,6 +47,7 @@ class LocalizerSession:
         self.T_colour_depth: Array | None = None
         self._frames, self._frames_lock = FrameTree(), threading.Lock()
         self._arm_known = False
+        self._body = BodyCloud(settings.cloud_voxel, settings.cloud_memory, settings.arm_margin)
         self._smoothers: dict[str, TargetSmoother] = {}
         self._looked: Localised | None = None
         self._surface_problem = ""
@@ -61,6 +63,11 @@ class LocalizerSession:
     def roi(self) -> SkinRegion | None:
         """Where the chosen region is measured now; None while it is not found."""
         return self._roi
+
+    @property
+    def sees_body(self) -> bool:
+        """Whether a cloud of the body can be had: cameras known, and the arm, to be left out of it."""
+        return self._arm_known and not self.missing()
 
     def select(self, region: str) -> None:
         """Choose another region.
@@ -139,6 +146,16 @@ class LocalizerSession:
             raise
         self._surface_problem = ""
         return points
+
+    def body(self, depth: NDArray[np.float32], stamp: float) -> Array:
+        """Coarse cloud of all that is seen or was, but for the arm, base frame [m], shape (N, 3).
+
+        Only one thread may ask.
+
+        Raises:
+            LocalizeError: When the arm's pose at that time is not known.
+        """
+        return self._body.update(self._frame(depth, stamp), stamp)
 
     def seen(self, now: float, depth: bool = False, regions: bool = False) -> None:
         """Note the time [s] at which a depth picture or a list of regions came."""

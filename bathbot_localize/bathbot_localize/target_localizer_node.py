@@ -1,4 +1,4 @@
-"""Locates skin: `skin_regions` + `depth/corrected/image` -> `contact_targets`, `surface`.
+"""Locates skin: `skin_regions` + `depth/corrected/image` -> `contact_targets`, `surface`, `body_cloud`.
 
 Also publishes the pose of the camera in the base frame on /tf_static, from the hand-eye result.
 """
@@ -55,6 +55,7 @@ class TargetLocalizer(StageNode):
         warm_up()
         self._targets = self.create_publisher(ContactTargets, "contact_targets", 10)
         self._surface = self.create_publisher(PointCloud2, "surface", 5)
+        self._body = self.create_publisher(PointCloud2, "body_cloud", 1)
         self._static = self.create_publisher(TFMessage, "/tf_static", LATCHED)
         self._static_sent = False
 
@@ -62,10 +63,11 @@ class TargetLocalizer(StageNode):
         """Listen to cameras, detector and arm."""
         self._depths: StampBuffer[Image] = StampBuffer(self._settings.depth_history)
         self._waiting: Detection2DArray | None = None
-        self._next_surface = 0.0
+        self._next: dict[str, float] = {}
         self._problems: dict[str, str] = {}
         self._locating = NewestWorker(self._locate, lambda error: self._fail("contact_targets", error))
         self._measuring = NewestWorker(self._measure, lambda error: self._fail("surface", error))
+        self._looking = NewestWorker(self._look, lambda error: self._fail("body_cloud", error))
         listen, sensor = self.create_subscription, qos_profile_sensor_data
         self._inputs = [
             listen(
@@ -90,10 +92,11 @@ class TargetLocalizer(StageNode):
             self.destroy_subscription(subscription)
         self._locating.close()
         self._measuring.close()
+        self._looking.close()
 
     def teardown(self) -> None:
         """Let the publishers go."""
-        for publisher in (self._targets, self._surface, self._static):
+        for publisher in (self._targets, self._surface, self._body, self._static):
             self.destroy_publisher(publisher)
 
     def _take_transforms(self, message: TFMessage, static: bool) -> None:
@@ -144,10 +147,18 @@ class TargetLocalizer(StageNode):
         self._session.seen(self._now(), depth=True)
         self._depths.add(stamp, message)
         self._meet()
-        period = 1.0 / self._settings.surface_rate
-        if self._session.roi is not None and not 0.0 < self._next_surface - stamp <= period:
-            self._next_surface = stamp + 0.95 * period  # a picture a little early counts as in time
+        if self._session.roi is not None and self._due("surface", stamp, self._settings.surface_rate):
             self._measuring.put(message)
+        if self._session.sees_body and self._due("body_cloud", stamp, self._settings.cloud_rate):
+            self._looking.put(message)
+
+    def _due(self, name: str, stamp: float, rate: float) -> bool:
+        """Whether it is time for the next of something that is published at a rate [Hz]."""
+        period = 1.0 / rate
+        due = not 0.0 < self._next.get(name, 0.0) - stamp <= period
+        if due:
+            self._next[name] = stamp + 0.95 * period  # a picture a little early counts as in time
+        return due
 
     def _meet(self) -> None:
         """Hand over the newest regions as soon as the depth picture of their time is there."""
@@ -177,6 +188,12 @@ class TargetLocalizer(StageNode):
         header = Header(stamp=image.header.stamp, frame_id=self._settings.base_frame)
         self._surface.publish(cloud_from_surface(points, header))
         self._problems.pop("surface", None)
+
+    def _look(self, image: Image) -> None:
+        points = self._session.body(depth_from_image(image), stamp_seconds(image.header.stamp))
+        header = Header(stamp=image.header.stamp, frame_id=self._settings.base_frame)
+        self._body.publish(cloud_from_surface(points[None], header))
+        self._problems.pop("body_cloud", None)
 
     def _select(
         self, request: SelectRegion.Request, response: SelectRegion.Response

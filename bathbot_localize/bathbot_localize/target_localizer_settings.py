@@ -39,6 +39,9 @@ class TargetLocalizerSettings:
         3, "surface points are averaged over this many points a side, odd; 1: not at all"
     )
     surface_rate: float = _setting(10.0, "surfaces published per second at most [Hz]")
+    cloud_rate: float = _setting(1.0, "body clouds published per second at most [Hz]")
+    cloud_voxel: float = _setting(0.02, "edge of the cells that become points of the body cloud [m]")
+    cloud_memory: float = _setting(60.0, "places hidden by the arm stay in the body cloud this long [s]")
     region_margin_px: float = _setting(10.0, "added around a region's box on all sides [px]")
     arm_margin: float = _setting(0.02, "the arm is masked this much wider than it is [m]")
     region_patience: float = _setting(1.0, "a region lost without the arm in the way is kept this long [s]")
@@ -59,6 +62,8 @@ class TargetLocalizerSettings:
             "max_uncertainty",
             "max_relief",
             "surface_rate",
+            "cloud_rate",
+            "cloud_voxel",
             "max_stamp_difference",
             "max_depth_age",
         )
@@ -69,6 +74,7 @@ class TargetLocalizerSettings:
             "region_margin_px",
             "arm_margin",
             "region_patience",
+            "cloud_memory",
         ):
             if not getattr(self, name) >= 0.0:
                 raise SettingsError(f"{name} must not be negative, got {getattr(self, name)}")

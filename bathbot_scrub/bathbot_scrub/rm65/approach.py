@@ -23,7 +23,6 @@ from bathbot_scrub.rm65.force_guard import Cause, ForceGuard, State
 from bathbot_scrub.rm65.force_limits import ForceLimits
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.joint_path import JointPath
-from bathbot_scrub.rm65.kinematics import retreated
 from bathbot_scrub.rm65.link import Link
 from bathbot_scrub.rm65.motion import Planner, line_pace
 from bathbot_scrub.rm65.motion_kind import Kind
@@ -105,9 +104,8 @@ class Approach:
         start, first = self._loop.standing(), None
         for share in _SHORTER:
             try:
-                way = self._planner.to_pose(start, retreated(target, share * standoff))
-                return way, self._planner.line(
-                    way.joints[-1], share * standoff + self._settings.max_extra, speed
+                return self._planner.to_touch(
+                    start, target, share * standoff, self._settings.max_extra, speed
                 )
             except UnreachableError as error:
                 first = first or error

@@ -23,6 +23,7 @@ from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace
 from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
 from bathbot_scrub.rm65.snapshot import Snapshot
+from bathbot_scrub.rm65.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,11 @@ class ArmDriver:
         self.kinematics = Kinematics(settings.variant)
         self.limits = load_force_limits(settings.force_limits)
         pace = Pace(settings.joint_speed, settings.joint_acceleration, 10.0 * settings.joint_acceleration)
-        self.planner = Planner(self.kinematics, np.radians(settings.home_deg), pace, settings.joint_share)
+        self.surroundings = Surroundings(self.kinematics, settings)
+        home = np.radians(settings.home_deg)
+        self.planner = Planner(
+            self.kinematics, home, pace, settings.joint_share, surroundings=self.surroundings
+        )
         self.link = Link(
             settings.host, settings.port, settings.udp_port, settings.variant, settings.force_cutoff, warn
         )

@@ -7,6 +7,7 @@ from typing import Any
 from bathbot_scrub.rm65.errors import ArmSettingsError
 from bathbot_scrub.rm65.kinematics import FLANGE_OFFSETS
 from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.walls import walls_from
 
 
 def _about(default: Any, text: str) -> Any:
@@ -40,6 +41,14 @@ class DriverSettings:
     max_lead_in: float = _about(0.35, "between the head and the first pose of a path [m]")
     queue_length: int = _about(64, "segments that may wait, the one under the head included")
 
+    walls: tuple[float, ...] = _about(
+        (0.0, 0.0, 1.0, -0.75, 1.0, 0.0, 0.0, -0.75),
+        "no link passes these planes, four numbers each: normal into the room, offset [m]",
+    )
+    body_margin: float = _about(0.015, "between links and what the camera sees, outside the patch washed [m]")
+    scrub_margin: float = _about(0.005, "the same along scrub paths, which are slow [m]")
+    body_max_age: float = _about(5.0, "of body_cloud; with an older one no way leads to the person [s]")
+
     retract_distance: float = _about(0.10, "along the outward normal [m]")
     retract_speed: float = _about(0.25, "faster than a body moves towards the arm [m/s]")
     stale_after: float = _about(0.1, "age of the newest state at which the arm stops [s]")
@@ -65,6 +74,9 @@ class DriverSettings:
             "max_scrub_speed",
             "lift",
             "max_lead_in",
+            "body_margin",
+            "scrub_margin",
+            "body_max_age",
             "retract_distance",
             "retract_speed",
             "stale_after",
@@ -82,4 +94,5 @@ class DriverSettings:
             raise ArmSettingsError(f"queue_length must be 2 or more, got {self.queue_length}")
         if len(self.home_deg) != 6:
             raise ArmSettingsError(f"home_deg must be six angles, got {self.home_deg}")
+        walls_from(self.walls)
         RM65_LIMITS.check([math.radians(angle) for angle in self.home_deg])

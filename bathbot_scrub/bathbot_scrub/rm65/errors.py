@@ -71,3 +71,20 @@ class ForceLimitError(ArmError):
 
 class CanceledError(ArmError):
     """Someone asked to stop before the motion was done."""
+
+
+class CollisionError(UnreachableError):
+    """A path on which a link would meet the arm itself, a wall or the body.
+
+    Attributes:
+        link: Name of the link.
+        other: What it would meet, and where.
+        distance: How near it would come [m]; negative: how deep.
+        allowed: The least distance allowed [m].
+    """
+
+    def __init__(self, link: str, other: str, distance: float, allowed: float) -> None:
+        """Keep the evidence."""
+        self.link, self.other, self.distance, self.allowed = link, other, distance, allowed
+        how = f"come within {1e3 * distance:.0f} mm of" if distance > 0.0 else "run into"
+        super().__init__(f"{link} would {how} {other}, the least allowed is {1e3 * allowed:.0f} mm")

@@ -1,8 +1,10 @@
 """Ways through free air between a posture next to the person and one that is not.
 
-A body is not known to the driver, so no link may pass the plane through the end nearest to the person.
+What the camera does not see of a body is not known, so no link may pass the plane through the end nearest to
+the person, whatever `Surroundings` may say of the points that are known.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, permutations
 
@@ -30,50 +32,58 @@ class FreeWay:
     home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
     limits: JointLimits
 
-    def between(self, near: Array, far: Array, side: Array) -> list[Array]:
-        """Joints to pass from `near` the person to `far`, the last left out: straight back first if need be.
+    def ways(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
+        """Joints to pass from `near` the person to `far`, the last left out: one list for each clear way.
+
+        The most direct comes first; others go straight back from the person before the joints fold.
 
         Raises:
-            UnreachableError: With what is in the way of the most direct way.
+            UnreachableError: When there is no way at all, with what is in the way of the most direct.
         """
-        first: UnreachableError | None = None
+        first, found = None, False
         T = self.kinematics.head(near)
         for back in _BACKS:
             try:
                 line = [near]
                 if back:
-                    line = list(
-                        solve_path(
-                            self.kinematics, densify([T, retreated(T, back)], 0.01)[1], near, self.limits
-                        )
-                    )
-                return line + self._folding(line[-1], far, side)
+                    poses = densify([T, retreated(T, back)], 0.01)[1]
+                    line = list(solve_path(self.kinematics, poses, near, self.limits))
+                for folding in self._foldings(line[-1], far, side):
+                    found = True
+                    yield line + folding
             except UnreachableError as error:
                 first = first or error
-        raise first or UnreachableError("no way")
+        if not found:
+            raise first or UnreachableError("no way")
 
-    def _folding(self, near: Array, far: Array, side: Array) -> list[Array]:
+    def _foldings(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
         """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
 
         Where the wrist cannot stay as it is while the arm folds, base, arm and wrist move one after
-        the other, in the first order that is clear.
+        the other, in every order that is clear.
+
+        Raises:
+            UnreachableError: When there are none.
         """
-        if not self._obstacle(near, far, side):
-            return []
+        direct = self._obstacle(near, far, side)
+        if not direct:
+            yield []
         folded_near = np.concatenate([self.home[:3], near[3:]])
         folded_far = np.concatenate([self.home[:3], far[3:]])
         reasons = [self._obstacle(*leg, side) for leg in ((near, folded_near), (folded_far, far))]
         if not any(reasons):
-            return [folded_near, folded_far]
-        ends = np.stack([near, far])
+            yield [folded_near, folded_far]
+        ends, turned = np.stack([near, far]), False
         for order in permutations(_GROUPS):
             way = [near]
             for group in order[:-1]:
                 way.append(way[-1].copy())
                 way[-1][group] = far[group]
             if not any(self._obstacle(*leg, side, ends) for leg in pairwise([*way, far])):
-                return way[1:]
-        raise UnreachableError(next(filter(None, reasons)))
+                turned = True
+                yield way[1:]
+        if direct and any(reasons) and not turned:
+            raise UnreachableError(next(filter(None, reasons)))
 
     def _obstacle(self, start: Array, goal: Array, side: Array, ends: Array | None = None) -> str:
         """Say why a straight way in joint space is not clear; empty when it is.

@@ -2,20 +2,20 @@
 
 Joints 4, 5 and 6 meet in the wrist centre and joints 2 and 3 are parallel, so the first three joints
 follow from the wrist centre (shoulder front or back, elbow either way) and the last three from the
-rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6).
+rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6). The formulas are in `branch_kernel`.
 """
 
 import numpy as np
 from bathbot_depthcorr.rigid import inverse
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_scrub.rm65.branch_kernel import fill_branches, first_flawed
 from bathbot_scrub.rm65.errors import InvalidPoseError, UnreachableError
 from bathbot_scrub.rm65.kinematics import BASE_HEIGHT, FOREARM, T_HEAD_FLANGE, UPPER_ARM, Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 
 Array = NDArray[np.float64]
-_REACH_SLACK = 1e-9  # of the elbow's cosine: a straight arm is reachable up to rounding
-_SINGULAR = 1e-9  # sine of q5 below which q4 and q6 turn about one axis
+_ANY_ANGLE = np.full(6, np.inf)
 
 
 def all_branches(kinematics: Kinematics, T_base_flange: ArrayLike) -> Array:
@@ -29,50 +29,17 @@ def all_branches(kinematics: Kinematics, T_base_flange: ArrayLike) -> Array:
         Angles [rad] in (-pi, pi], shape (..., 8, 6), NaN where out of reach. The branch index is
         4 * shoulder + 2 * elbow + wrist and keeps its meaning along a path.
     """
-    poses = np.asarray(T_base_flange, dtype=float)
-    wrist = poses[..., :3, 3] - kinematics.flange_offset * poses[..., :3, 2]
-    rho = np.hypot(wrist[..., 0], wrist[..., 1])
-    height = wrist[..., 2] - BASE_HEIGHT
-    cosine = (rho**2 + height**2 - UPPER_ARM**2 - FOREARM**2) / (2 * UPPER_ARM * FOREARM)
-    cosine = np.where(np.abs(cosine) <= 1.0 + _REACH_SLACK, np.clip(cosine, -1.0, 1.0), np.nan)
-    elbow = np.arccos(cosine)
-    solutions = np.empty((*poses.shape[:-2], 8, 6))
-    for shoulder, forward in enumerate((1.0, -1.0)):
-        # positive q2 and q3 lean the arm towards -x of frame 1, hence the signs
-        pan = np.arctan2(forward * wrist[..., 1], forward * wrist[..., 0])
-        for bend, sign in enumerate((-1.0, 1.0)):
-            q3 = sign * elbow
-            q2 = np.arctan2(-forward * rho, height) - np.arctan2(
-                FOREARM * np.sin(q3), UPPER_ARM + FOREARM * np.cos(q3)
-            )
-            _solve_wrist(poses, pan, q2, q3, solutions[..., 4 * shoulder + 2 * bend :, :])
-    return wrap(solutions)
+    return _branches(kinematics, np.asarray(T_base_flange, dtype=float), -_ANY_ANGLE, _ANY_ANGLE)
 
 
-def _solve_wrist(poses: Array, q1: Array, q2: Array, q3: Array, out: Array) -> None:
-    """Fill the two wrist branches `out[..., :2, :]` for given q1, q2, q3 [rad], shape (...)."""
-    c1, s1, c23, s23 = np.cos(q1), np.sin(q1), np.cos(q2 + q3), np.sin(q2 + q3)
-    zero = np.zeros_like(c1)
-    # rows: axes x, y, z of frame 4 at q4 = 0, in the base frame; z is the forearm
-    rows = np.stack(
-        [
-            np.stack([-c23 * c1, -c23 * s1, -s23], -1),
-            np.stack([s1, -c1, zero], -1),
-            np.stack([-s23 * c1, -s23 * s1, c23], -1),
-        ],
-        -2,
-    )
-    turn = rows @ poses[..., :3, :3]
-    sine = np.hypot(turn[..., 0, 2], turn[..., 1, 2])
-    singular = sine < _SINGULAR
-    for wrist, sign in enumerate((1.0, -1.0)):
-        q4 = np.where(singular, 0.0, np.arctan2(sign * turn[..., 1, 2], sign * turn[..., 0, 2]))
-        q6 = np.arctan2(sign * turn[..., 2, 1], -sign * turn[..., 2, 0])
-        straight = np.arctan2(turn[..., 1, 0], turn[..., 1, 1])
-        out[..., wrist, 0], out[..., wrist, 1], out[..., wrist, 2] = q1, q2, q3
-        out[..., wrist, 3] = q4
-        out[..., wrist, 4] = np.arctan2(sign * sine, turn[..., 2, 2])
-        out[..., wrist, 5] = np.where(singular, straight, q6)
+def _branches(kinematics: Kinematics, T_base_flange: Array, lower: Array, upper: Array) -> Array:
+    out = np.empty((*T_base_flange.shape[:-2], 8, 6))
+    fill_branches(
+        np.ascontiguousarray(T_base_flange).reshape(-1, 4, 4),
+        BASE_HEIGHT, UPPER_ARM, FOREARM, kinematics.flange_offset,
+        np.ascontiguousarray(lower), np.ascontiguousarray(upper), out.reshape(-1, 8, 6),
+    )  # fmt: skip
+    return out
 
 
 def wrap(angles: ArrayLike) -> Array:
@@ -89,12 +56,8 @@ def check_poses(T: ArrayLike) -> Array:
     poses = np.asarray(T, dtype=float)
     if poses.shape[-2:] != (4, 4):
         raise InvalidPoseError(f"a pose must be a 4x4 transform, got shape {poses.shape}")
-    rotation = np.nan_to_num(poses[..., :3, :3])
-    gram = rotation @ np.swapaxes(rotation, -1, -2)
-    good = np.isfinite(poses).all((-2, -1))
-    good &= (np.abs(gram - np.eye(3)).max((-2, -1)) < 1e-6) & (np.linalg.det(rotation) > 0.0)
-    if not np.all(good):
-        index = int(np.flatnonzero(~np.ravel(good))[0])
+    index = first_flawed(np.ascontiguousarray(poses).reshape(-1, 4, 4))
+    if index >= 0:
         raise InvalidPoseError(
             f"pose {index} is not finite or its rotation is not orthonormal; send unit quaternions"
         )
@@ -140,7 +103,8 @@ def nearest(solutions: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LI
 
 def solve_head(kinematics: Kinematics, T_base_head: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
     """Joint angles [rad], shape (..., 8, 6), that hold the head at poses (..., 4, 4); NaN where none."""
-    return within_limits(all_branches(kinematics, check_poses(T_base_head) @ T_HEAD_FLANGE), limits)
+    flanges = check_poses(T_base_head) @ T_HEAD_FLANGE
+    return _branches(kinematics, flanges, limits.lower, limits.upper)
 
 
 def distance_to_singularity(kinematics: Kinematics, joints: ArrayLike) -> Array:

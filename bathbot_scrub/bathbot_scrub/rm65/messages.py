@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from bathbot_depthcorr.rigid import inverse, quaternion_from_rotation, rotation_from_quaternion
+from bathbot_localize.messages import MessageError, surface_from_cloud
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, WrenchStamped
 from numpy.typing import ArrayLike, NDArray
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
@@ -122,6 +123,25 @@ def segment_from_message(message: ScrubSegment) -> Segment:
         transforms_from_poses(message.poses),
         message.speed,
     )
+
+
+def body_from_cloud(message: PointCloud2, now: float) -> tuple[Array, float]:
+    """Points of a body cloud, shape (N, 3) [m], and the time of its picture, time.monotonic() [s].
+
+    Args:
+        message: The cloud.
+        now: ROS time [s].
+
+    Raises:
+        InvalidPoseError: In another frame, or no points in it.
+    """
+    _check_frame(message.header.frame_id, "the body cloud")
+    try:
+        points = surface_from_cloud(message).reshape(-1, 3)
+    except MessageError as error:
+        raise InvalidPoseError(f"the body cloud cannot be read: {error}") from error
+    age = max(now - message.header.stamp.sec - 1e-9 * message.header.stamp.nanosec, 0.0)
+    return points[np.isfinite(points).all(axis=1)], time.monotonic() - age
 
 
 def _check_frame(frame: str, what: str) -> None:

@@ -3,29 +3,31 @@
 What cannot be done is refused here, with the reason.
 """
 
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.errors import NotReadyError, UnreachableError
+from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
 from bathbot_scrub.rm65.free_way import FreeWay
-from bathbot_scrub.rm65.inverse_kinematics import check_poses, solve_head, unwind, within_limits
+from bathbot_scrub.rm65.inverse_kinematics import all_branches, check_poses
 from bathbot_scrub.rm65.joint_path import JointPath, joint_move, timed_path
 from bathbot_scrub.rm65.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.path_runner import Pace
+from bathbot_scrub.rm65.postures import postures
 from bathbot_scrub.rm65.tool_path import SAMPLE_STEP, densify, solve_path, timed_tool_path
 from bathbot_scrub.rm65.way_back import way_back
+
+if TYPE_CHECKING:  # it loads Pinocchio, which not everybody who plans needs
+    from bathbot_scrub.rm65.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
 _NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
-_ROOM, _ROOM_WEIGHT = (
-    0.7,
-    10.0,
-)  # [rad] wanted about a posture that paths begin from; its worth against travel
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
@@ -39,6 +41,11 @@ class Planner:
     joint_pace: Pace
     joint_share: float  # of the joints' limits that tool paths may use
     limits: JointLimits = RM65_LIMITS
+    surroundings: "Surroundings | None" = None  # what paths must not meet; None: nothing is known
+
+    def __post_init__(self) -> None:
+        """Compile the inverse kinematics now, before anything moves."""
+        all_branches(self.kinematics, self.kinematics.flange(self.home))
 
     def joint_path(self, start: ArrayLike, *goals: ArrayLike) -> JointPath:
         """Straight in joint space; s is the travel of the fastest joint [rad].
@@ -49,37 +56,49 @@ class Planner:
         lengths, joints = joint_move(start, *goals, limits=self.limits)
         return timed_path(lengths, joints, self.joint_pace.acceleration, self.limits, 1.0)
 
-    def to_pose(self, start: ArrayLike, T_base_head: Array) -> JointPath:
+    def to_pose(self, start: ArrayLike, T_base_head: Array, patch: ArrayLike = ()) -> JointPath:
         """Joint path to a head pose whose z axis points at the person.
 
         Of the solutions with most room for a path around the pose, then with least travel, the first
-        whose way stays on the arm's side of the pose.
+        whose way stays on the arm's side of the pose and meets nothing.
 
         Args:
             start: Joints now [rad], shape (6,).
             T_base_head: Where to, (4, 4).
+            patch: Places, shape (K, 3) [m], about which the head may touch the body.
 
         Raises:
-            UnreachableError: No solution, or none with a clear way.
+            UnreachableError: No solution, or none with a clear way; a CollisionError when something known
+                is in the way.
+            NotReadyError: The body was seen too long ago.
         """
-        start = np.asarray(start, dtype=float)
-        solutions = within_limits(
-            unwind(solve_head(self.kinematics, T_base_head, self.limits), start), self.limits
-        )
-        cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - self._room(solutions))
-        order = [int(i) for i in np.argsort(cost) if np.isfinite(cost[i])]
-        if not order:
-            raise UnreachableError(
-                f"no joint solution for the head at {_place(T_base_head)}; bring the target nearer"
-            )
-        reasons = []
-        for branch in order:
+        return next(self._ways_to(np.asarray(start, dtype=float), T_base_head, patch))
+
+    def to_touch(
+        self, start: ArrayLike, T_base_target: Array, standoff: float, extra: float, cap: float
+    ) -> tuple[JointPath, JointPath]:
+        """Joint path to a stand-off before a target, and the straight line from there that ends beyond it.
+
+        Args:
+            start: Joints now [rad], shape (6,).
+            T_base_target: Head pose on the skin, z into it, (4, 4).
+            standoff: Distance at which the line begins [m].
+            extra: Beyond the target where it ends [m].
+            cap: Largest speed on the line [m/s].
+
+        Raises:
+            UnreachableError, NotReadyError: As `to_pose`, for both parts together.
+        """
+        patch = T_base_target[None, :3, 3]
+        first = None
+        for way in self._ways_to(np.asarray(start, dtype=float), retreated(T_base_target, standoff), patch):
             try:
-                way = self._free.between(solutions[branch], start, T_base_head)
-                return self.joint_path(start, *reversed(way))
+                line = self.line(way.joints[-1], standoff + extra, cap)
+                self.check(line.joints, patch)
+                return way, line
             except UnreachableError as error:
-                reasons.append(str(error))
-        raise UnreachableError(f"no clear way to {_place(T_base_head)}: {reasons[0]}; call arm/home first")
+                first = first or error
+        raise first or UnreachableError("no way to the target")
 
     def to_home(self, start: ArrayLike, came: JointPath | None = None) -> JointPath:
         """Joint path to the folded posture, from where the head may still be near the person.
@@ -92,21 +111,59 @@ class Planner:
             UnreachableError: With what is in the way.
         """
         start = np.asarray(start, dtype=float)
+        patch = self.kinematics.head(start)[None, :3, 3]
         if came is not None:
             with suppress(UnreachableError):  # another way follows
-                return self.joint_path(start, *way_back(self.kinematics, start, came, self.home, self.limits))
+                way = way_back(self.kinematics, start, came, self.home, self.limits)
+                return self._first_clear([self.joint_path(start, *way)], patch)
         side = retreated(self.kinematics.head(start), -_NEAR_SIDE)
-        way = self._free.between(start, self.home, side)
-        return self.joint_path(start, *way[1:], self.home)
+        ways = self._free.ways(start, self.home, side)
+        return self._first_clear((self.joint_path(start, *way[1:], self.home) for way in ways), patch)
+
+    def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
+        """Refuse a joint path, shape (N, 6) [rad], that would meet something; see `Surroundings.check`."""
+        if self.surroundings is not None:
+            self.surroundings.check(joints, patch, self.surroundings.margin)
+
+    def check_tool_path(self, joints: ArrayLike, T_base_heads: Array) -> None:
+        """The same for a slow path along head poses, shape (N, 4, 4), all of which may touch the body."""
+        if self.surroundings is not None:
+            self.surroundings.trust()
+            self.surroundings.check(joints, T_base_heads[:, :3, 3], self.surroundings.scrub_margin)
+
+    def _ways_to(self, start: Array, T_base_head: Array, patch: ArrayLike) -> Iterator[JointPath]:
+        """Clear joint paths to a head pose, one for each solution that has one, the best first."""
+        if self.surroundings is not None:
+            self.surroundings.trust()
+        first, found = None, False
+        for posture in postures(self.kinematics, T_base_head, start, self.limits):
+            ways = self._free.ways(posture, start, T_base_head)
+            try:
+                path = self._first_clear((self.joint_path(start, *reversed(way)) for way in ways), patch)
+            except UnreachableError as error:
+                first = first or error
+                continue
+            found = True
+            yield path
+        if isinstance(first, CollisionError) and not found:
+            raise first
+        if not found:
+            raise UnreachableError(f"no clear way to {_place(T_base_head)}: {first}; call arm/home first")
+
+    def _first_clear(self, paths: Iterable[JointPath], patch: ArrayLike) -> JointPath:
+        """The first of some paths that meets nothing; else the error of the first."""
+        first = None
+        for path in paths:
+            try:
+                self.check(path.joints, patch)
+                return path
+            except CollisionError as error:
+                first = first or error
+        raise first or UnreachableError("no way")
 
     @property
     def _free(self) -> FreeWay:
         return FreeWay(self.kinematics, self.home, self.limits)
-
-    def _room(self, joints: Array) -> Array:
-        """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
-        room = np.minimum(self.limits.upper - joints, joints - self.limits.lower).min(-1)
-        return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)
 
     def tool_path(
         self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP

@@ -5,13 +5,14 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from bathbot_depthcorr.stage_node import ERROR, OK, WARN, StageNode, run
+from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -22,10 +23,17 @@ from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.force_guard import State
-from bathbot_scrub.rm65.messages import error_code, pose_stamped, request_from_goal, segment_from_message
+from bathbot_scrub.rm65.messages import (
+    body_from_cloud,
+    error_code,
+    pose_stamped,
+    request_from_goal,
+    segment_from_message,
+)
 from bathbot_scrub.rm65.period import prefer_process
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values
+from bathbot_scrub.rm65.urdf import urdf
 
 
 class Rm65Driver(StageNode):
@@ -46,6 +54,8 @@ class Rm65Driver(StageNode):
             tree=make(TFMessage, "/tf", 100),
             state=make(ArmState, "arm_state", 10),
         )
+        self._description = make(String, "robot_description", LATCHED)
+        self._description.publish(String(data=urdf(settings.variant)))
 
     def start(self) -> None:
         """Connect, and offer what the arm can do."""
@@ -65,6 +75,7 @@ class Rm65Driver(StageNode):
         self._segments = self.create_subscription(
             ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50)
         )
+        self._body = self.create_subscription(PointCloud2, "body_cloud", self._see_body, 1)
         self._outcomes: dict[bytes, Touch | ArmError] = {}  # of approaches that have ended, by their id
         self._action = ActionServer(
             self,
@@ -84,12 +95,13 @@ class Rm65Driver(StageNode):
             for service in self._parts:
                 self.destroy_service(service)
             self.destroy_subscription(self._segments)
+            self.destroy_subscription(self._body)
             self._action.destroy()
             del self._timer
 
     def teardown(self) -> None:
         """Let the topics go."""
-        for publisher in self._outputs:
+        for publisher in (*self._outputs, self._description):
             self.destroy_publisher(publisher)
 
     def _warn(self, line: str) -> None:
@@ -122,6 +134,12 @@ class Rm65Driver(StageNode):
         if isinstance(outcome, ArmError):
             self._refused = f"segment {message.index} of path {message.path_id} refused: {outcome}"
             self._warn(self._refused)
+
+    def _see_body(self, message: PointCloud2) -> None:
+        now = self.get_clock().now().nanoseconds * 1e-9
+        outcome = self._outcome(lambda: self._driver.surroundings.see(*body_from_cloud(message, now)))
+        if isinstance(outcome, ArmError):
+            self.get_logger().warning(str(outcome), throttle_duration_sec=10.0)
 
     def _begin_approach(self, goal: ServerGoalHandle) -> None:
         """Approach in a thread of its own and execute the goal with the outcome: executors must not wait."""

@@ -44,7 +44,7 @@ class ScrubPath:
             top_speed: [m/s] that no segment exceeds.
 
         Raises:
-            UnreachableError: When lead-in or segment cannot be reached.
+            UnreachableError: When lead-in or segment cannot be reached, or something is in the way.
             InvalidPoseError: Not finite, not rigid, or too far apart.
             NotReadyError: When the path does not begin with index 0.
         """
@@ -56,6 +56,7 @@ class ScrubPath:
         self._planner, self._top_speed = planner, top_speed
         distances, dense = densify(check_poses(lead_in))
         self._joints = solve_path(planner.kinematics, dense, joints, planner.limits)
+        planner.check_tool_path(self._joints, dense)
         last_piece = np.linalg.norm(lead_in[-1, :3, 3] - lead_in[-2, :3, 3])
         self._distances = distances
         self._caps = np.where(distances < distances[-1] - last_piece, _LEAD_IN_SPEED, _SET_DOWN_SPEED)
@@ -89,6 +90,7 @@ class ScrubPath:
         distances, dense = densify(knots)
         if len(distances) > 1:
             joints = solve_path(self._planner.kinematics, dense, self._joints[-1], self._planner.limits)
+            self._planner.check_tool_path(joints, dense)
             self._joints = np.concatenate([self._joints, joints[1:]])
             self._caps = np.concatenate(
                 [self._caps, np.full(len(distances) - 1, min(segment.speed, self._top_speed))]

@@ -75,6 +75,7 @@ def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
         "state": snapshot.state.name,
         "connected": snapshot.connected,
         "force": f"{snapshot.force:.2f}",
+        "body": driver.surroundings.status(),
         "samples": receiver.accepted,
         "samples_refused": receiver.rejected,
         "protocol_errors": driver.link.client.protocol_errors,

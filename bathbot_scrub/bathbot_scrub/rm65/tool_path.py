@@ -9,6 +9,7 @@ from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head, wrap
 from bathbot_scrub.rm65.joint_path import SAMPLE_TURN, JointPath, timed_path
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
+from bathbot_scrub.rm65.reach_reason import why_unreachable
 
 Array = NDArray[np.float64]
 SAMPLE_STEP = 0.001  # [m] between joint samples of a tool path
@@ -77,7 +78,12 @@ def solve_path(
         UnreachableError: Out of reach, outside the limits, or through a singularity where the wrist
             would flip.
     """
+    poses = np.asarray(poses, dtype=float)
     solutions = solve_head(kinematics, poses, limits)
+    if np.isnan(solutions[0]).any(-1).all():
+        raise UnreachableError(
+            f"pose 0 of the path is out of reach: {why_unreachable(kinematics, poses[0], limits)}"
+        )
     start = nearest(solutions[0], seed, limits)
     branch = int(np.nanargmin(np.abs(wrap(solutions[0] - start)).max(-1)))
     chosen = solutions[:, branch]
@@ -85,9 +91,8 @@ def solve_path(
     if lost.any():
         index = int(np.argmax(lost))
         _continuous(chosen[:index], start, limits)  # a joint may meet its limit before that
-        raise UnreachableError(
-            f"pose {index} of {len(lost)} of the path is out of reach; bring it nearer", index
-        )
+        why = why_unreachable(kinematics, poses[index], limits) or "only another branch reaches it"
+        raise UnreachableError(f"pose {index} of {len(lost)} of the path is out of reach: {why}", index)
     return _continuous(chosen, start, limits)
 
 
@@ -95,19 +100,26 @@ def _continuous(joints: Array, start: Array, limits: JointLimits) -> Array:
     """Unwrap whole turns along the path and refuse what jumps or leaves the limits."""
     joints = np.unwrap(joints, axis=0)
     joints += start - joints[0]
-    steps = np.abs(np.diff(joints, axis=0, prepend=joints[:1])).max(-1)
-    flips, outside = steps > LARGEST_STEP, ~limits.contain(joints)
+    steps = np.abs(np.diff(joints, axis=0, prepend=joints[:1]))
+    flips, outside = steps.max(-1) > LARGEST_STEP, ~limits.contain(joints)
     if not (flips | outside).any():
         return joints
     index = int(np.argmax(flips | outside))  # whichever comes first: what is behind it was never asked for
     if flips[index]:
+        joint = int(np.argmax(steps[index]))
         raise UnreachableError(
-            f"pose {index} of the path turns a joint by {steps[index]:.2f} rad at once (singular posture); "
-            "choose another direction of travel",
+            f"pose {index} of {len(joints)} of the path turns joint {joint + 1} by "
+            f"{steps[index, joint]:.2f} rad at once (singular posture); choose another direction of travel",
             index,
         )
+    beyond = np.maximum(joints[index] - limits.upper, limits.lower - joints[index])
+    joint = int(np.argmax(beyond))
+    angle = joints[index, joint]
+    limit = (limits.upper if angle > 0.0 else limits.lower)[joint]
     raise UnreachableError(
-        f"pose {index} of {len(joints)} of the path needs a joint beyond its limits", index
+        f"pose {index} of {len(joints)} of the path needs a joint beyond its limits: "
+        f"joint {joint + 1} at {np.degrees(angle):.1f} deg, its limit is {np.degrees(limit):.1f}",
+        index,
     )
 
 

@@ -1,0 +1,140 @@
+"""What the arm must not meet: itself, walls, and the body the camera sees, outside the patch to be washed.
+
+Whole paths are judged before anything moves. Retracting is never judged: leaving must always be possible.
+Who stands nearer than allowed may move, but no nearer.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bathbot_scrub.rm65.arm_model import ArmModel
+from bathbot_scrub.rm65.arm_shapes import arm_capsules
+from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.errors import CollisionError, NotReadyError
+from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.rm65.swept_arm import SweptArm, swept
+from bathbot_scrub.rm65.urdf import HEAD_NAME
+from bathbot_scrub.rm65.walls import walls_from
+
+Array = NDArray[np.float64]
+PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
+_STANDING = ("base_link", "Link1")  # turn about their own axis at most
+_OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
+_CLOSER = 0.002  # [m] that counts as no nearer
+
+
+class Body(NamedTuple):
+    """Points on the body, or on anything else the camera saw."""
+
+    points: Array  # (M, 3) base frame [m]
+    stamp: float  # of the picture, time.monotonic() [s]
+
+
+class Surroundings:
+    """Judges joint paths. Thread-safe."""
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        settings: DriverSettings,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Know the arm and the walls; the body comes with `see`.
+
+        Args:
+            kinematics: The arm.
+            settings: Walls, margins, and how old a picture of the body may be.
+            clock: Gives the time now [s].
+        """
+        self.margin, self.scrub_margin = settings.body_margin, settings.scrub_margin
+        self._kinematics, self._max_age, self._clock = kinematics, settings.body_max_age, clock
+        walls = walls_from(settings.walls)
+        self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
+        folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
+        self._own = min(-_OVERLAP, folded - _CLOSER)
+        self._capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
+        self._radii = np.array([c.radius for c in self._capsules])
+        self._touches = np.array([c.link == HEAD_NAME for c in self._capsules])
+        self._body: Body | None = None
+        standing = swept(kinematics, self._capsules, np.zeros((2, 6)))
+        self._to_body(standing, np.ones((1, 3)), np.zeros((1, 3)), 0.0)  # compiles, before anything moves
+
+    def see(self, points: ArrayLike, stamp: float) -> None:
+        """Take in what the camera sees: points, shape (M, 3), base frame [m], of a picture at `stamp` [s]."""
+        self._body = Body(np.ascontiguousarray(points, dtype=float), stamp)
+
+    def trust(self) -> None:
+        """Refuse to go near a person whose picture has become too old; where none ever came, all is as told.
+
+        Raises:
+            NotReadyError: With the age.
+        """
+        body = self._body
+        if body is not None and (age := self._clock() - body.stamp) > self._max_age:
+            raise NotReadyError(
+                f"the body was last seen {age:.1f} s ago, more than {self._max_age} s; is its node up?"
+            )
+
+    def status(self) -> str:
+        """What paths are checked against, for a person."""
+        body = self._body
+        if body is None:
+            return "no body cloud: paths are checked against the arm itself and walls only"
+        age = self._clock() - body.stamp
+        if age > self._max_age:
+            return f"body cloud of {age:.1f} s ago is too old, most is {self._max_age} s: not used"
+        return f"{len(body.points)} points, {age:.1f} s old"
+
+    def check(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> None:
+        """Refuse a joint path, shape (N, 6) [rad], closely spaced, on which something would be met.
+
+        Args:
+            joints: From where the arm stands.
+            patch: Places, shape (K, 3) [m], about which the scrub head may touch the body.
+            margin: Between links and body [m].
+
+        Raises:
+            CollisionError: With the link, what it would meet, where, and how near.
+        """
+        path = swept(self._kinematics, self._capsules, np.asarray(joints, dtype=float))
+        self._check_itself(path)
+        body = self._body
+        if body is not None and self._clock() - body.stamp <= self._max_age:
+            self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
+
+    def _check_itself(self, path: SweptArm) -> None:
+        with self._model_lock:
+            near = [self._model.nearest(joints) for joints in path.joints]
+        distances = np.array([pair.distance for pair in near])
+        worst = int(np.argmin(distances))
+        if distances[worst] < min(self._own, distances[0] - _CLOSER):
+            first, second, distance = near[worst]
+            raise CollisionError(first, second, distance, 0.0)
+
+    def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
+        clearances, capsules, nearest = self._to_body(path, points, patch, margin)
+        worst = int(np.argmin(clearances - path.stray))
+        allowed = min(margin, clearances[0] - _CLOSER)
+        if clearances[worst] - path.stray[worst] < allowed:
+            place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
+            link = self._capsules[capsules[worst]].link
+            raise CollisionError(link, place, float(clearances[worst]), margin)
+
+    def _to_body(
+        self, path: SweptArm, points: Array, patch: Array, margin: float
+    ) -> tuple[Array, Array, Array]:
+        """Clearance at each sample [m], its capsule and its point; not told apart beyond what matters."""
+        interest = margin + 2.0 * float(path.stray.max())
+        reach = self._radii.max() + interest
+        low, high = path.ends.min(axis=(0, 1, 2)) - reach, path.ends.max(axis=(0, 1, 2)) + reach
+        some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        found = (np.empty(len(path.ends)), *np.empty((2, len(path.ends)), int))
+        spared = within(points[some], patch, PATCH_RADIUS)
+        fill_clearances(path.ends, self._radii, self._touches, points[some], spared, interest, *found)
+        return found[0], found[1], some[found[2]] if len(some) else found[2]
