@@ -31,3 +31,22 @@ def depth(
     from bathbot_bringup.bench_depth import DepthBench, bench_depth
 
     bench_depth(DepthBench(picture_size(size), rate, seconds), json_file)
+
+
+@app.command("arm")
+def arm(
+    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    seconds: float = typer.Option(600.0, help="How long the joint stream is watched [s]; 0: not at all."),
+) -> None:
+    """Time the arm's inverse kinematics beside EAIK and Pinocchio, and its joint stream.
+
+    The stream is timed where it arrives, at the emulated controller, while the whole graph of the demo runs
+    and the arm washes to and fro.
+
+    \b
+      bathbot bench arm --json arm.json
+      bathbot bench arm --seconds 0
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.bench_arm import ArmBench, bench_arm
+
+    bench_arm(ArmBench(seconds), json_file)

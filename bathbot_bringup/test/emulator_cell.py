@@ -1,6 +1,6 @@
 """A cell for tests: emulated controller, a wall with exact answers, and the arm driver, without ROS.
 
-The machine may be busy, hence the long `stale_after`.
+The machine may be busy, hence the long `stale_after` and `wait_at_most`.
 """
 
 import time
@@ -55,8 +55,15 @@ class Cell:
 
     def __init__(self, **settings):
         self.wall, self.log = Wall(), []
-        values = {"udp_port": 0, "stale_after": 2.0, "joint_speed": 2.0, "joint_acceleration": 6.0,
-                  "approach_speed": 0.05, "home_deg": READY_DEG} | settings  # fmt: skip
+        values = {
+            "udp_port": 0,
+            "stale_after": 2.0,
+            "wait_at_most": 10.0,
+            "joint_speed": 2.0,
+            "joint_acceleration": 6.0,
+            "approach_speed": 0.05,
+            "home_deg": READY_DEG,
+        } | settings
         self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=values["home_deg"]), self.wall)
         values["port"] = self.emulator.port
         self.driver = ArmDriver(DriverSettings(**values), self.log.append)

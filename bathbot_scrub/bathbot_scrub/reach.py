@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_scrub.rm65.body_clearance import BodyClearance
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head, wrap
 from bathbot_scrub.rm65.kinematics import Kinematics
@@ -13,15 +14,24 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _OFF_LIMITS = np.radians(5.0)  # [rad] from the limit of a joint
 _OFF_STRETCHED = np.radians(30.0)  # [rad] of the elbow: the wrist's centre keeps 16 mm to go
+_OFF_BODY, _OFF_BODY_AT_LEAST = 0.015, 0.007  # [m] of links; the driver insists on a little less
 _OFF_STRAIGHT = np.sin(np.radians(4.0))  # of joint 5
 
 
 class Reach:
     """Closed-form inverse kinematics that keeps to one branch."""
 
-    def __init__(self, kinematics: Kinematics, joints: ArrayLike) -> None:
-        """Stand on the branch of the given joint angles [rad], shape (6,)."""
+    def __init__(self, kinematics: Kinematics, joints: ArrayLike, body: ArrayLike = ()) -> None:
+        """Stand on the branch of the given joint angles [rad], shape (6,).
+
+        Args:
+            kinematics: The arm.
+            joints: Where it stands.
+            body: What the camera sees, shape (N, 3), base frame [m]; no link may come near it.
+        """
         self._kinematics = kinematics
+        self._body = np.reshape(np.asarray(body, dtype=float), (-1, 3))
+        self._clearance = BodyClearance(kinematics)
         self._joints = np.asarray(joints, dtype=float)
         self._last: Array | None = None
         solutions = solve_head(kinematics, kinematics.head(self._joints))
@@ -30,7 +40,7 @@ class Reach:
         self._careful = _careful_limits(elbow=float(chosen[2]))
 
     def holds(self, poses: ArrayLike, easily: bool = False) -> Mask:
-        """Which head poses have a solution inside the limits on this branch, shape (N,).
+        """Which head poses have a solution inside the limits on this branch, off the body, shape (N,).
 
         Args:
             poses: T_base_head, shape (N, 4, 4).
@@ -39,10 +49,13 @@ class Reach:
                 it would make joint 4 swing round.
         """
         solutions = solve_head(self._kinematics, poses)[..., self._branch, :]
-        if not easily:
-            return np.isfinite(solutions).all(axis=-1)
-        bent = np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT
-        return self._careful.contain(solutions) & bent
+        held = np.isfinite(solutions).all(axis=-1)
+        if easily:
+            held &= self._careful.contain(solutions) & (np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT)
+        margin = _OFF_BODY if easily else _OFF_BODY_AT_LEAST
+        if held.any():
+            held[held] = self._clearance.free(solutions[held], self._body, margin)
+        return held
 
     def follow(self, poses: ArrayLike, easily: bool = False) -> tuple[int, str]:
         """How many head poses, shape (N, 4, 4), the arm can follow one after the other from where it stands.

@@ -62,12 +62,14 @@ class ScrubPlanner(StageNode):
         self._outcomes: dict[bytes, Outcome] = {}  # of goals that have ended, by their id
         self._head: PoseStamped | None = None
         self._joints: JointState | None = None
+        self._body: PointCloud2 | None = None
         listen = self.create_subscription
         self._inputs = [
             listen(ContactTargets, "contact_targets", self._on_targets, 10),
             listen(PointCloud2, "surface", self._on_surface, 5),
             listen(ArmState, "arm_state", self._on_arm, 10),
             listen(PoseStamped, "tool_pose", lambda message: setattr(self, "_head", message), 1),
+            listen(PointCloud2, "body_cloud", lambda message: setattr(self, "_body", message), 1),
             listen(JointState, "joint_states", lambda message: setattr(self, "_joints", message), 1),
         ]
         self._server = ActionServer(
@@ -145,7 +147,8 @@ class ScrubPlanner(StageNode):
 
     def _plan(self, task: Task) -> PathPlanner:
         """Choose the path and show it; in the job's thread."""
-        planner = PathPlanner(task, self._settings, Reach(self._kinematics, task.joints))
+        body = () if self._body is None else surface_from_cloud(self._body)
+        planner = PathPlanner(task, self._settings, Reach(self._kinematics, task.joints, body))
         self._path.publish(path_from_poses(planner.poses, task.stamp))
         self.get_logger().info(planner.summary)
         self._planner = planner

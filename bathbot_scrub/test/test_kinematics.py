@@ -1,7 +1,6 @@
 """Forward and inverse kinematics of the RM65."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from bathbot_depthcorr.rigid import transform_from
 from bathbot_scrub.rm65.errors import ArmSettingsError, InvalidPoseError, JointLimitError, UnreachableError
@@ -47,30 +46,6 @@ def test_published_height_of_the_6f():
 def test_unknown_variant_is_refused():
     with pytest.raises(ArmSettingsError, match="known are B, 6F, 6FB"):
         Kinematics("7F")
-
-
-def test_forward_kinematics_equal_those_of_pinocchio():
-    rows = [
-        (0, 0, 0.2405, 0),
-        (0, 90, 0, 90),
-        (0.256, 0, 0, 90),
-        (0, 90, 0.21, 0),
-        (0, -90, 0, 0),
-        (0, 90, 0.1725, 0),
-    ]
-    model, parent, after = pin.Model(), 0, pin.SE3.Identity()
-    for index, (a, alpha, d, offset) in enumerate(rows):
-        before = pin.SE3(Rotation.from_euler("x", alpha, degrees=True).as_matrix(), np.zeros(3))
-        before = before * pin.SE3(np.eye(3), np.array([a, 0.0, 0.0]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), after * before, f"joint{index + 1}")
-        turn = Rotation.from_euler("z", offset, degrees=True).as_matrix()
-        after = pin.SE3(turn, np.zeros(3)) * pin.SE3(np.eye(3), np.array([0.0, 0.0, d]))
-        after = pin.SE3(np.eye(3), np.zeros(3)) * after
-    data = model.createData()
-    for joints in JOINTS[:50]:
-        pin.forwardKinematics(model, data, joints)
-        # the offset turns about the same axis as the joint, so it may stand behind it
-        assert_allclose((data.oMi[6] * after).homogeneous, ARM.flange(joints), atol=1e-12)
 
 
 def test_link_frames_end_in_the_flange_and_broadcast():

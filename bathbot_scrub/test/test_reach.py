@@ -84,3 +84,24 @@ def test_a_joint_that_meets_its_limit_before_the_end_of_reach_ends_the_path_ther
     poses[400:, :3, :3] = poses[399, :3, :3]
     poses[400:, 0, 3] += np.linspace(0.0, 0.6, 400)
     assert Reach(ARM, STANDING).follow(poses)[0] == Reach(ARM, STANDING).follow(poses[:400])[0] < 400
+
+
+def test_poses_at_which_a_link_would_come_near_the_body_are_not_held():
+    """A point beside the wrist of one pose: that and its neighbours go, the far ones stay."""
+    poses = line((0.0, 1.0, 0.0), 0.16)
+    held = Reach(ARM, STANDING).holds(poses)
+    wrists = poses[:, :3, 3] - (0.10 + 0.1725) * poses[:, :3, 2]
+    at = int(np.flatnonzero(held)[-1])
+    beside = wrists[at] + (0.04 + 0.005) * np.array([0.0, 1.0, 0.0])
+    free = Reach(ARM, STANDING, beside[None]).holds(poses)
+    assert held[0]
+    assert free[0]
+    assert not free[at]
+    assert (free <= held).all()
+
+
+def test_skin_under_the_brush_is_no_obstacle():
+    tip = ARM.head(STANDING)
+    across = 0.04 * np.indices((7, 7)).reshape(2, -1).T - 0.12
+    skin = tip[:3, 3] + across @ tip[:3, :2].T
+    assert Reach(ARM, STANDING, skin).holds(tip[None]).all()

@@ -36,6 +36,12 @@ class Ordered(NamedTuple):
     duration: float = 0.6  # [s] after which all is well again: the arm must not go on by itself
 
 
+class Jammed(NamedTuple):
+    """The joint that moves fastest does not move any more."""
+
+    duration: float = 0.6  # [s]
+
+
 class Killed(NamedTuple):
     """A process that dies at once."""
 
@@ -63,7 +69,7 @@ class Nearer(NamedTuple):
     distance: float  # [m]
 
 
-Strike = Ordered | Killed | Frozen | Planner | Nearer
+Strike = Ordered | Jammed | Killed | Frozen | Planner | Nearer
 
 
 class FaultCase(NamedTuple):
@@ -101,16 +107,16 @@ FAULTS: tuple[FaultCase, ...] = (
     FaultCase("nan_force", "the force is no number", Ordered("nan_force")),
     FaultCase("dead_force", "the force sensor is gone: zeros and an error code", Ordered("dead_force")),
     FaultCase("lost_udp", "no state datagram comes", Ordered("lost_udp")),
-    FaultCase("slow_udp", "one state datagram in 0.2 to 0.4 s", Ordered("slow_udp", 0.2, 0.4, 1.0)),
+    FaultCase("slow_udp", "one state datagram in 0.2 to 0.4 s", Ordered("slow_udp", 0.2, 0.4, 2.5)),
     FaultCase("frozen_udp", "the same state datagram again and again", Ordered("frozen_udp")),
     FaultCase("garbled_udp", "state datagrams are cut off", Ordered("garbled_udp")),
     FaultCase("time_jump", "state datagrams come 0.2 to 0.4 s late, in a burst",
-              Ordered("time_jump", 0.2, 0.4, 1.0)),
+              Ordered("time_jump", 0.2, 0.4, 2.5)),
     FaultCase("dropped_tcp", "the connection is cut", Ordered("dropped_tcp")),
     FaultCase("deaf_tcp", "the controller answers and obeys nothing", Ordered("deaf_tcp")),
     FaultCase("slow_reply", "replies come a second late", Ordered("slow_reply", 1.0, 1.0, 1.0)),
     FaultCase("joint_error", "a joint reports overcurrent and brakes", Ordered("joint_error", 1, 6)),
-    FaultCase("following_error", "joint 2 or 3 jams", Ordered("following_error", 2, 3), _MOVING),
+    FaultCase("following_error", "the joint that moves fastest jams", Jammed(), _MOVING),
     FaultCase("collision_stop", "the controller believes in a collision", Ordered("collision_stop")),
     FaultCase("power_cut", "the controller has no power", Ordered("power_cut")),
     FaultCase("controller_stalled", "the controller's program freezes, its joints go on", Ordered("stalled")),

@@ -12,6 +12,7 @@ from bathbot_scrub.rm65.segment_queue import Segment
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -51,6 +52,7 @@ class Operator:
         self.progress: Progress | None = None
         self.head: tuple[Array, float] = (np.full(3, np.nan), 0.0)
         self.last_pose: LastPose | None = None
+        self._joints: tuple[Array, Array] = (np.zeros(6), np.zeros(6))  # [rad], the newest two
         self._approach = client.action(Approach, "approach")
         for name in _SERVICES:
             client.service(Trigger, f"arm/{name}")
@@ -59,6 +61,7 @@ class Operator:
         self._trace = node.create_publisher(String, "sim_trace", 10)
         node.create_subscription(ArmState, "arm_state", self._on_arm, 50)
         node.create_subscription(PoseStamped, "tool_pose", self._on_pose, 10)
+        node.create_subscription(JointState, "joint_states", self._on_joints, 10)
         node.create_subscription(ScrubSegment, "scrub_segments", self._on_segment, QoSProfile(depth=50))
 
     def connect(self, timeout: float) -> None:
@@ -84,6 +87,11 @@ class Operator:
     def state(self) -> int:
         """State of the arm, as last told."""
         return self.reports[-1].state if self.reports else -1
+
+    def fastest_joint(self) -> int:
+        """Which joint moves fastest just now, 1..6."""
+        before, now = self._joints
+        return int(np.abs(now - before).argmax()) + 1
 
     def forget(self) -> None:
         """Begin a trial: keep the newest report only, and have the trace begin anew."""
@@ -146,6 +154,9 @@ class Operator:
     def _on_pose(self, message: PoseStamped) -> None:
         place = message.pose.position
         self.head = np.array([place.x, place.y, place.z]), time.monotonic()
+
+    def _on_joints(self, message: JointState) -> None:
+        self._joints = self._joints[1], np.asarray(message.position, dtype=float)
 
     def _on_segment(self, message: ScrubSegment) -> None:
         place = message.poses[-1].position

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bathbot_bringup.safety_evaluation.fault_table import Frozen, Killed, Nearer, Ordered, Planner
+from bathbot_bringup.safety_evaluation.fault_table import Frozen, Jammed, Killed, Nearer, Ordered, Planner
 from bathbot_bringup.safety_evaluation.operator_node import LastPose
 from bathbot_bringup.safety_evaluation.stroke_player import spoilt
 from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan
@@ -77,6 +77,16 @@ def _ordered(strike: Ordered, run: TrialRun, plan: TrialPlan) -> Struck:
     run.operator.order(fault)
     run.play(max(strike.duration + 0.5, WATCH))
     return Struck(stamp, strike.kind)
+
+
+@strike_at.register
+def _jammed(strike: Jammed, run: TrialRun, plan: TrialPlan) -> Struck:
+    run.bring_about()
+    kind, stamp = "following_error", time.monotonic()
+    joint = run.operator.fastest_joint()
+    run.operator.order({"kind": kind, "after": plan.offset, "duration": strike.duration, "value": joint})
+    run.play(WATCH)
+    return Struck(stamp, kind)
 
 
 @strike_at.register

@@ -32,7 +32,7 @@ class TrialPlan(NamedTuple):
 
 
 def plan_trial(case: FaultCase, seed: int) -> TrialPlan:
-    """Draw a trial; the phases of a fault are walked through by the seed, the rest is chance."""
+    """Draw a trial: seeds walk through the phases of a fault, the rest is chance."""
     rng = np.random.default_rng([seed, *case.name.encode()])
     radius, angle = 0.4 * np.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * np.pi)
     value = float("nan")
@@ -42,7 +42,7 @@ def plan_trial(case: FaultCase, seed: int) -> TrialPlan:
         value = float(rng.integers(strike.lowest, strike.highest + 1)) if whole else float(
             rng.uniform(strike.lowest, strike.highest))  # fmt: skip
     return TrialPlan(
-        phase=case.phases[seed % len(case.phases)],
+        phase=case.phases[(seed + len(case.name)) % len(case.phases)],
         delay=float(rng.uniform(0.05, 0.4)),
         shift=(float(radius * np.cos(angle)), float(radius * np.sin(angle))),
         heading=float(rng.uniform(0.0, 2.0 * np.pi)),

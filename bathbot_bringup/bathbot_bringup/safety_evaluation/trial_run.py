@@ -163,15 +163,15 @@ class TrialRun:
         refusal = ""
         while time.monotonic() < deadline:
             self._spin(lambda: False, 0.1)
-            state, reason = operator.state, operator.reports[-1].reason
+            state = operator.state
             away = np.linalg.norm(operator.head[0] - self.target[:3, 3]) > _AWAY
-            if state == State.FREE or (state == State.HOLD and away and reason.startswith("retracted")):
+            if state == State.FREE:
                 return
-            if state == State.FAULT:
-                refusal = operator.ask("resume")
-            elif state == State.APPROACH:
+            if state == State.APPROACH:
                 refusal = operator.ask("stop")
-            elif state in (State.HOLD, State.CONTACT):
+            elif state == State.FAULT or (state == State.HOLD and away):
+                refusal = operator.ask("resume")
+            if state == State.CONTACT or (state == State.HOLD and (refusal or not away)):
                 refusal = operator.ask("retract")
         raise SpoiltTrialError(f"the arm did not recover: {refusal or operator.reports[-1].reason}")
 

@@ -29,7 +29,8 @@ class ForceSensor:
         """Start uncleared; `rng` makes the noise, `faults` spoil the readings, `period` [s] apart."""
         self._rng = rng
         self._faults = ForceFaults(faults or FaultSchedule(), period)
-        self._offset = np.zeros(6)
+        self._offset, self._drift = np.zeros(6), _DRIFT
+        self._share = _CALIBRATED  # of the weight that the controller knows
         self._recent: deque[Array] = deque(maxlen=_AVERAGED)
         self.reading = ForceReading(np.zeros(6), np.zeros(6))
 
@@ -40,12 +41,17 @@ class ForceSensor:
         weight = TOOL_MASS * (to_sensor @ _GRAVITY)
         carried = np.concatenate([weight, np.cross(_TOOL_CENTRE, weight)])
         external = np.concatenate([push, twist + HEAD_LENGTH * np.array([-push[1], push[0], 0.0])])
-        raw = external + carried + _BIAS + _DRIFT + _NOISE * self._rng.standard_normal(6)
-        compensated = raw - _BIAS - _CALIBRATED * carried
+        raw = external + carried + _BIAS + self._drift + _NOISE * self._rng.standard_normal(6)
+        compensated = raw - _BIAS - self._share * carried
         said = self._faults.spoil(ForceReading(raw, compensated))
         self._recent.append(said.zero)
         self.reading = ForceReading(said.raw, said.zero - self._offset)
         return self.reading
+
+    def calibrate(self) -> None:
+        """Learn weight and drift anew, as the procedure with four postures does; zeroing is forgotten."""
+        self._share, self._drift, self._offset = 1.0, np.zeros(6), np.zeros(6)
+        self._recent.clear()
 
     def clear(self) -> None:
         """Zero at the present posture, from the samples of the last 0.1 s; in vain if they are no numbers."""

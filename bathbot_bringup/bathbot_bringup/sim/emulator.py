@@ -9,7 +9,8 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -20,10 +21,10 @@ from bathbot_scrub.rm65.period import raise_priority
 from bathbot_scrub.rm65.protocol import Frame
 from numpy.typing import NDArray
 
-import bathbot_bringup.sim.controller_moves  # noqa: F401 - enters its commands into the table
+import bathbot_bringup.sim.commands  # noqa: F401 - fills the table
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
-from bathbot_bringup.sim.controller import STEP, Arm, Controller, Settled
-from bathbot_bringup.sim.controller_replies import Desk, reply
+from bathbot_bringup.sim.commands.table import Desk, reply
+from bathbot_bringup.sim.controller import STEP, Arm, Controller
 from bathbot_bringup.sim.emulator_session import Session, Sessions
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface
@@ -73,10 +74,10 @@ class Emulator:
             np.random.default_rng(settings.seed),
             self.faults,
         )
-        self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace)
+        self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace, self._let_go)
         self._lock = threading.Lock()
         self._sender = PushSender(self.faults)
-        self.sessions = Sessions(self.answer, self.faults)
+        self.sessions = Sessions(self.answer, self.faults, self._meet)
         self.late = 0
         self._open = True
         self._loop = asyncio.new_event_loop()
@@ -101,6 +102,18 @@ class Emulator:
         """Answer one request of a client."""
         with self._lock:
             return reply(self._desk, request)
+
+    @contextmanager
+    def _let_go(self) -> Iterator[None]:
+        """Let the arm go on while a command that holds the lock plans."""
+        self._lock.release()
+        try:
+            yield
+        finally:
+            self._lock.acquire()
+
+    def _meet(self, address: str) -> None:
+        self._desk.peer = address
 
     def truth(self) -> Truth:
         """How things really are, now."""
@@ -173,10 +186,11 @@ class Emulator:
             due = push.enable and count % push.cycle == 0 and not silent
             state = datagram(controller, push) if due else None
         self.trace.events(events)
-        pushed = self._sender.send(state, push, now) if state else math.nan
+        pushed = self._sender.send(state, (push.ip or self._desk.peer, push.port), now) if state else math.nan
         self.trace.step(trace_row(now, controller, pushed))
         if settled and self._open:
-            self._loop.call_soon_threadsafe(self.sessions.tell, [completion(end) for end in settled])
+            frames = [end.frame for end in settled if end.frame is not None]
+            self._loop.call_soon_threadsafe(self.sessions.tell, frames)
 
     def _begin_or_end(self, event: FaultEvent) -> None:
         """Do what happens once, when a fault begins or ends."""
@@ -184,7 +198,7 @@ class Emulator:
         controller, later = self._desk.controller, self._loop.call_soon_threadsafe
         match event.kind, event.phase:
             case "none", _:
-                controller.surface.put_back()
+                controller.skin.surface.put_back()
             case "dropped_tcp", "begin":
                 later(self.sessions.drop)
             case "power_cut", "begin":
@@ -193,16 +207,6 @@ class Emulator:
                 later(self.sessions.drop)
             case "stalled", "end":
                 later(self.sessions.take_held)
-
-
-def completion(end: Settled) -> Frame:
-    """The event that tells clients that a planned motion has ended."""
-    return {
-        "state": "current_trajectory_state",
-        "trajectory_state": end.reached,
-        "device": 0,
-        "trajectory_connect": 0,
-    }
 
 
 def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float]:

@@ -16,15 +16,21 @@ _MAX_UNREAD = 1 << 20  # [bytes] a client may leave unread, or wait to be read, 
 class Sessions(set["Session"]):
     """All clients that are connected. Only the thread of the event loop touches it."""
 
-    def __init__(self, answer: Callable[[Frame], Frame | None], faults: FaultSchedule) -> None:
+    def __init__(
+        self,
+        answer: Callable[[Frame], Frame | None],
+        faults: FaultSchedule,
+        meet: Callable[[str], None] = lambda address: None,
+    ) -> None:
         """Begin without any.
 
         Args:
             answer: Gives the reply to a request, None where the protocol has none; raises ProtocolError.
             faults: What fails.
+            meet: Called with the address of each new client.
         """
         super().__init__()
-        self.answer, self.faults = answer, faults
+        self.answer, self.faults, self.meet = answer, faults, meet
         self.refused = 0  # frames, ever
 
     def drop(self) -> None:
@@ -58,6 +64,7 @@ class Session(asyncio.Protocol):
         """Begin."""
         self.transport = transport  # type: ignore[assignment]
         self._sessions.add(self)
+        self._sessions.meet(str(transport.get_extra_info("peername")[0]))
         if "dropped_tcp" in self._sessions.faults:
             self.transport.abort()
 

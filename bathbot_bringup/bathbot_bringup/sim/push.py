@@ -13,15 +13,20 @@ from bathbot_scrub.rm65.protocol import (
     quaternion_to_wire,
     wrench_to_wire,
 )
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.controller import Controller
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.force_frames import in_tool_frame, in_work_frame
+from bathbot_bringup.sim.joint_health import CURRENT, TEMPERATURE, VOLTAGE
 
+Array = NDArray[np.float64]
 _SPEED_UNIT = np.radians(0.01)  # 0.01 deg/s; the documents disagree with 0.01 RPM
-_CURRENT = [350] * 6  # healthy joints, all of them
-_VOLTAGE = [24000] * 6
-_TEMPERATURE = [34000] * 6
+BLOCKS = (
+    "joint_speed", "arm_current_status", "lift_state", "expand_state", "hand_state", "aloha_state",
+    "plus_base", "plus_state",
+)  # fmt: skip
+# parts that may be switched on; of devices that this arm does not have nothing is sent
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +36,9 @@ class PushSettings:
     enable: bool = True
     cycle: int = 1  # in steps of 5 ms
     port: int = 8089
-    ip: str = "127.0.0.1"
+    ip: str = ""  # empty: to whoever came last by TCP
     force_coordinate: int = 0  # 0 sensor, 1 work, 2 tool frame
+    blocks: frozenset[str] = frozenset({"joint_speed", "arm_current_status"})
 
 
 def wire_wrench(wrench: ArrayLike) -> list[int | None]:
@@ -50,44 +56,48 @@ class Datagram(NamedTuple):
 
 def datagram(controller: Controller, push: PushSettings) -> Datagram:
     """Write the present state as the controller does."""
-    reading, T = controller.sensor.reading, controller.T_base_flange
+    reading, dynamics, error = controller.sensor.reading, controller.dynamics, controller.health.error
     zero = reading.zero
     if push.force_coordinate == 1:
-        zero = np.concatenate([T[:3, :3] @ zero[:3], T[:3, :3] @ zero[3:]])
-    error = controller.error
-    data = (
-        json.dumps(
-            {
-                "state": "realtime_arm_joint_state",
-                "arm_current_status": controller.motion.value,
-                "err": [error],
-                "arm_err": error,
-                "sys_err": controller.system_error,
-                "joint_status": {
-                    "joint_position": joints_to_wire(controller.dynamics.positions),
-                    "joint_speed": [round(v / _SPEED_UNIT) for v in controller.dynamics.speeds],
-                    "joint_current": _CURRENT,
-                    "joint_voltage": _VOLTAGE,
-                    "joint_temperature": _TEMPERATURE,
-                    "joint_en_flag": [int(not code) for code in controller.joint_codes],
-                    "joint_err_code": controller.joint_codes,
-                },
-                "six_force_sensor": {
-                    "force": wire_wrench(reading.raw),
-                    "zero_force": wire_wrench(zero),
-                    "coordinate": push.force_coordinate,
-                },
-                "waypoint": {
-                    "position": [round(float(x) * 1e6) for x in T[:3, 3]],
-                    "euler": [round(float(a) * 1e3) for a in euler_from_rotation(T[:3, :3])],
-                    "quat": quaternion_to_wire(T[:3, :3]),
-                },
-            },
-            separators=(",", ":"),
-        ).encode()
-        + b"\r\n"
-    )
+        zero = in_work_frame(controller, zero)
+    elif push.force_coordinate == 2:
+        zero = in_tool_frame(controller, zero)
+    joints = {"joint_position": joints_to_wire(dynamics.positions)}
+    if "joint_speed" in push.blocks:
+        joints["joint_speed"] = [round(v / _SPEED_UNIT) for v in dynamics.speeds]
+    state = {
+        "state": "realtime_arm_joint_state",
+        "err": [error],
+        "arm_err": error,
+        "sys_err": controller.system_error,
+        "joint_status": {
+            **joints,
+            "joint_current": CURRENT,
+            "joint_voltage": VOLTAGE,
+            "joint_temperature": TEMPERATURE,
+            "joint_en_flag": controller.health.joints_on,
+            "joint_err_code": controller.health.joint_codes,
+        },
+        "six_force_sensor": {
+            "force": wire_wrench(reading.raw),
+            "zero_force": wire_wrench(zero),
+            "coordinate": push.force_coordinate,
+        },
+        "waypoint": _waypoint(controller.setup.tool_pose(controller.T_base_flange)),
+    }
+    if "arm_current_status" in push.blocks:
+        state["arm_current_status"] = controller.motion.value
+    data = json.dumps(state, separators=(",", ":")).encode() + b"\r\n"
     return Datagram(data, float(np.linalg.norm(zero[:3])))
+
+
+def _waypoint(T_work_tool: Array) -> dict[str, list[int]]:
+    """Pose of the tool, (4, 4), in the units of the push."""
+    return {
+        "position": [round(x * 1e6) for x in T_work_tool[:3, 3].tolist()],
+        "euler": [round(a * 1e3) for a in euler_from_rotation(T_work_tool[:3, :3]).tolist()],
+        "quat": quaternion_to_wire(T_work_tool[:3, :3]),
+    }
 
 
 class PushSender:
@@ -107,7 +117,7 @@ class PushSender:
         self.sent = 0
         self.failed = 0
 
-    def send(self, state: Datagram, push: PushSettings, now: float) -> float:
+    def send(self, state: Datagram, address: tuple[str, int], now: float) -> float:
         """Send one datagram, or do with it what the faults demand; `now` in [s].
 
         Returns the force of the newest datagram that left [N], NaN when none did. Failures are counted.
@@ -128,13 +138,13 @@ class PushSender:
         if now - self._held_since < faults.value("time_jump"):
             return math.nan
         for held in self._held:
-            self._send(held.data, push)
+            self._send(held.data, address)
         self._held.clear()
         return state.force
 
-    def _send(self, data: bytes, push: PushSettings) -> None:
+    def _send(self, data: bytes, address: tuple[str, int]) -> None:
         try:
-            self._socket.sendto(data, (push.ip, push.port))
+            self._socket.sendto(data, address)
             self.sent += 1
         except (OSError, UnicodeError):
             self.failed += 1

@@ -19,8 +19,9 @@ from bathbot_scrub.rm65.errors import (
     NotReadyError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.force_guard import Cause, ForceGuard, State
+from bathbot_scrub.rm65.force_guard import ForceGuard
 from bathbot_scrub.rm65.force_limits import ForceLimits
+from bathbot_scrub.rm65.guard_states import Cause, State
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.link import Link
@@ -29,6 +30,7 @@ from bathbot_scrub.rm65.motion_kind import Kind
 
 Array = NDArray[np.float64]
 _MOTION_TIMEOUT = 60.0  # [s] no single motion lasts longer
+_PATIENCE = 3.0  # [s] for data to be steady before a motion begins
 _ACCELERATION = 0.3  # [m/s^2] of the straight part
 _SHORTER = (1.0, 0.7, 0.4)  # of the stand-off, where the arm cannot fold as far as asked
 
@@ -132,6 +134,7 @@ class Approach:
         """Begin a motion and wait for its end, pauses included."""
         loop, left = self._loop, _MOTION_TIMEOUT
         with loop.lock:
+            loop.lock.wait_for(lambda: not loop.guard.waiting, _PATIENCE)
             if loop.guard.state is not State.APPROACH:
                 raise _why(loop.guard)
             if kind is Kind.SEEK:
@@ -139,8 +142,8 @@ class Approach:
             loop.begin(path, pace, kind)
         while True:
             with loop.lock:
-                over = loop.lock.wait_for(lambda: not loop.guard.moving and not loop.guard.paused, 0.1)
-                command, state = loop.command, loop.guard.state
+                over = loop.lock.wait_for(lambda: not _under_way(loop.guard), 0.1)
+                command, state = loop.motion.command, loop.guard.state
                 if over and (state is State.APPROACH or kind is Kind.SEEK):
                     return
                 if over:
@@ -148,7 +151,7 @@ class Approach:
                 left -= 0.1
                 if canceled() or left < 0.0:
                     loop.guard.stop("the approach was canceled")
-                    loop.brake()
+                    loop.motion.brake()
                     raise CanceledError(
                         "the approach was canceled" if left >= 0.0 else "the approach took too long"
                     )
@@ -158,13 +161,18 @@ class Approach:
 
     def _felt(self) -> Touch:
         with self._loop.lock:
-            if self._loop.guard.state is not State.CONTACT or self._loop.command is None:
+            if self._loop.guard.state is not State.CONTACT or self._loop.motion.command is None:
                 raise _why(self._loop.guard)
-            return Touch(self._planner.kinematics.head(self._loop.command), self._force())
+            return Touch(self._planner.kinematics.head(self._loop.motion.command), self._force())
 
     def _force(self) -> float:
         wrench = self._link.wrench
         return math.nan if wrench is None else wrench.force
+
+
+def _under_way(guard: ForceGuard) -> bool:
+    """Whether the motion goes on, or will by itself or when someone resumes."""
+    return bool(guard.moving or guard.paused or guard.waiting)
 
 
 def _why(guard: ForceGuard) -> ArmError:

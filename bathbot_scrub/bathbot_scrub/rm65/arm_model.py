@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.kinematics import LINK_NAMES
-from bathbot_scrub.rm65.urdf import HEAD_NAME, urdf
+from bathbot_scrub.rm65.kinematics import HEAD_NAME, LINK_NAMES
+from bathbot_scrub.rm65.urdf import urdf
 from bathbot_scrub.rm65.walls import Wall
 
 Array = NDArray[np.float64]

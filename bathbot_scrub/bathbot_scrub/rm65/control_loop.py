@@ -1,121 +1,134 @@
-"""The 100 Hz loop: guard, motion and joint stream in one thread, beside the sensor.
+"""The control loop: guard, watchdogs, motion and joint stream in one thread, beside the sensor.
 
-Everything it needs is computed beforehand; a period costs well below a millisecond. Other threads
-start motions and read the state under one lock that nobody holds for long.
+Commands go out on a steady beat. Every sample is judged when it arrives, between the beats too: when the
+arm must leave, the next command goes out at once and the beat begins anew from there. What takes time is
+planned beforehand. Other threads start motions and read the state under one lock that nobody holds for long.
 """
 
 import threading
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.client import ArmClient
+from bathbot_scrub.rm65.alarm import Alarm
+from bathbot_scrub.rm65.at_work import AtWork
+from bathbot_scrub.rm65.commanded_motion import CommandedMotion
+from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError
-from bathbot_scrub.rm65.force_guard import Action, ForceGuard, State
+from bathbot_scrub.rm65.force_excess import comfort
+from bathbot_scrub.rm65.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard_states import Action, State
 from bathbot_scrub.rm65.joint_path import JointPath
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.link import Sensed
-from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.link import Link
+from bathbot_scrub.rm65.motion import Planner
 from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.period import Beat, PeriodStatistics, raise_priority
+from bathbot_scrub.rm65.reaction import ReactionStatistics
+from bathbot_scrub.rm65.watchdogs import Watchdogs, gravest
+from bathbot_scrub.rm65.way_out import Retract, WayOut
+from bathbot_scrub.rm65.wrench_filter import resultant
 
 Array = NDArray[np.float64]
+_TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
-_LEAVE_JERK = 400.0  # [m/s^3]: haste matters more than smoothness
-_SHORTEST_RETRACT = 0.02  # [m]
-_WAY_BACK = 0.8  # [rad] back on a joint move that met something
-_BACK_JOINTS = Pace(1.0, 8.0, 400.0)
-_STOP_LINE = line_pace(0.0, 2.0)  # braking on tool paths [m/s^2]
-_STOP_JOINTS = Pace(0.0, 8.0, 400.0)  # braking of joint moves [rad/s^2], [rad/s^3]
-
-
-class Retract(NamedTuple):
-    """How the arm leaves the skin."""
-
-    distance: float  # [m]
-    speed: float  # [m/s]
-    acceleration: float = 4.0  # [m/s^2]
+_SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
+_ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 
 
 class ControlLoop:
-    """Owns the guard and the motion; a thread of its own."""
+    """Owns guard and motion; a thread of its own."""
 
     def __init__(
         self,
-        client: ArmClient,
+        link: Link,
         planner: Planner,
         guard: ForceGuard,
-        sense: Callable[[], Sensed],
-        retract: Retract,
-        period: float,
+        settings: DriverSettings,
         warn: Callable[[str], None],
     ) -> None:
         """Prepare; `start` begins.
 
         Args:
-            client: Takes the joint stream.
+            link: Gives what is measured and takes the joint stream.
             planner: Plans the way off the skin.
-            guard: Judges every reading; only used under `lock`.
-            sense: Gives what was measured last.
-            retract: How to leave.
-            period: Of the loop [s].
+            guard: Only used under `lock`.
+            settings: Period, deadlines, and how to leave.
             warn: Takes one line for the log.
         """
-        self.guard, self.statistics = guard, PeriodStatistics(period)
+        self._period = 1.0 / settings.rate
+        self.guard, self.statistics, self.reactions = (
+            guard,
+            PeriodStatistics(self._period),
+            ReactionStatistics(),
+        )
         self.lock = threading.Condition(threading.RLock())
-        self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
-        self.runner: PathRunner | None = None
-        self.kind = Kind.TRANSIT
         self.priority = ""
-        self._client, self._planner, self._sense, self._retract = client, planner, sense, retract
-        self._period, self._warn = period, warn
-        self._pace = _STOP_LINE
-        self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
-        self._rest = 0.0
-        self._open = True
+        self.alarms: tuple[Alarm, ...] = ()
+        self.path_open = False  # a path was begun and its last segment has not come
+        self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
+        retract = Retract(settings.retract_distance, settings.retract_speed)
+        self._way_out = WayOut(planner, retract)
+        self.motion = CommandedMotion(self._way_out, retract.pace, self._period)
+        self._at_work, self._rest = AtWork(), 0.0
+        self._sent = 0.0  # [s] when the last command went out
+        self._over_since: float | None = None  # [s] stamp of the sample that is being answered
+        self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
     def start(self) -> None:
         """Begin to beat."""
         self._thread.start()
 
+    def wake(self) -> None:
+        """A sample has come: judge it now."""
+        self._news.set()
+
     def close(self) -> None:
         """End the thread."""
         self._open = False
+        self._news.set()
         if self._thread.is_alive():
             self._thread.join(2.0)
 
     def resume(self) -> None:
-        """Let a paused motion go on; the caller holds the lock."""
-        if self.runner is not None:
-            self.runner.go_on(self._pace)
-            self.guard.moving = True
+        """Let a motion go on that stands; the caller holds the lock."""
+        self.guard.moving = self.motion.go_on(self.guard.state) or self.guard.moving
 
     def extend(self, path: JointPath) -> None:
         """Let a scrub motion run on along a longer path; the caller holds the lock."""
-        if self.runner is None or self.kind is not Kind.SCRUB:
-            raise NotReadyError(
-                f"the arm follows no path any more ({self.guard.reason or self.guard.state.name})"
-            )
-        self.runner.replace(path)
+        self.motion.extend(path)
         self.guard.moving = self.guard.moving or self.guard.state is State.CONTACT
 
     def standing(self) -> Array:
-        """Joints [rad], shape (6,), from which a motion begins: last commanded, else measured just now.
+        """Joints [rad], shape (6,), from which a motion begins.
 
         Raises:
-            NotReadyError: While nothing is commanded and nothing recent measured.
+            NotReadyError: While anything that is measured, or the stream of commands, cannot be trusted.
         """
         with self.lock:
-            if self.command is not None:
-                return self.command
-            sensed = self._sense()
-            self.guard.trust(sensed.reading)
-            return sensed.joints
+            alarm = self.alarm()
+            if alarm.doubtful:  # an alarm that has passed lets it begin, and wait for steady data by itself
+                raise NotReadyError(f"{alarm.message}; {_TRY}")
+            return self.where()
+
+    def where(self) -> Array:
+        """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere."""
+        command, measured = self.motion.command, self._link.sense().joints
+        if command is not None and (self.guard.moving or np.abs(measured - command).max() <= _ASTRAY):
+            return command
+        if not np.isfinite(measured).all():
+            raise NotReadyError(f"no state from the controller yet; {_TRY}")
+        return measured
+
+    def alarm(self) -> Alarm:
+        """The gravest of what the watchdogs say now; the caller holds the lock."""
+        now = time.monotonic()
+        activity = self._at_work.judge(self.guard, self.path_open, now)
+        self.alarms = self._watchdogs.judge(self._link.signs(now, activity), now)
+        return gravest(self.alarms)
 
     def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
         """Start a motion from rest; the caller holds the lock and has set the guard's state.
@@ -123,63 +136,44 @@ class ControlLoop:
         Raises:
             NotReadyError: When another motion runs, or the path begins elsewhere.
         """
-        if self.guard.moving:
-            raise NotReadyError(f"the arm still moves {self.kind.value}")
-        start = path.joints[0]
-        if self.command is not None and np.abs(start - self.command).max() > 0.02:
-            raise NotReadyError("the motion was planned from elsewhere; ask again")
-        self.runner, self.kind, self._trail = PathRunner(path, pace, self._period), kind, None
-        self._pace = pace
-        self.command = start if self.command is None else self.command
+        if self.guard.moving or self.guard.waiting:
+            raise NotReadyError(self.guard.waiting or f"the arm still moves {self.motion.kind.value}")
+        self.motion.begin(path, pace, kind)
         self.guard.moving = True
 
-    def brake(self) -> None:
-        """Bring the motion to rest on its path."""
-        if self.runner is not None:
-            self.runner.brake(_STOP_JOINTS if self.kind in (Kind.TRANSIT, Kind.HOME) else _STOP_LINE)
-
-    def leave(self, joints: Array) -> None:
-        """Leave along the outward normal at once while other motion brakes; in free air, the way it came.
-
-        Args:
-            joints: As measured [rad], shape (6,), from which to leave when nothing was commanded.
-
-        Raises:
-            UnreachableError: When there is no way straight back.
-        """
-        self._trail = None
-        start = self.command = joints if self.command is None else self.command
-        if self.runner is not None and not self.runner.at_rest:
-            self.brake()
-            self._trail = (self.runner, self.runner.path.at(self.runner.length))
-        if self._trail is not None and self.kind in (Kind.TRANSIT, Kind.HOME):
-            path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
-        else:
-            path = self._planner.line(start, -self._retract.distance, self._retract.speed, _SHORTEST_RETRACT)
-            pace = Pace(self._retract.speed, self._retract.acceleration, _LEAVE_JERK)
-        self.runner, self.kind = PathRunner(path, pace, self._period), Kind.LEAVE
+    def leave(self) -> None:
+        """Leave along the outward normal at once; lock and state as for `begin`; may be unreachable."""
+        self.motion.leave(self.where())
         self.guard.moving = True
+
+    def forget(self) -> None:
+        """What was commanded no longer counts; the caller holds the lock."""
+        self.motion.forget()
+        self._link.vitals.command(None, time.monotonic())
+        self.guard.moving = False
+        self.statistics.pause()
+        self.lock.notify_all()
 
     def connection_lost(self) -> None:
-        """The controller is gone: whatever was commanded no longer counts."""
+        """The controller is gone."""
         with self.lock:
-            if self.guard.moving or self.guard.touching:
+            if self.guard.moving or self.guard.touching or self.guard.waiting:
                 self.guard.fault("connection to the controller lost")
-            self.runner, self._trail, self.command = None, None, None
-            self.guard.moving = False
-            self.statistics.pause()
-            self.lock.notify_all()
+            self.forget()
 
     def _run(self) -> None:
         self.priority = raise_priority()
         beat = Beat(self._period)
         while self._open:
-            beat.wait()
+            self._news.wait(beat.left())
+            self._news.clear()
             try:
-                joints = self._period_passed()
+                joints = self._turn(beat)
                 if joints is not None:
-                    self._client.stream_joints(joints)
-                    self.statistics.tick(time.monotonic())
+                    self._link.client.stream_joints(joints)
+                    self._account(time.monotonic())
+                    if self.guard.touching and self.motion.kind is not Kind.LEAVE:
+                        self._way_out.prepare(joints)
             except ArmConnectionError:
                 self.connection_lost()
             except ArmError as error:
@@ -187,49 +181,63 @@ class ControlLoop:
             except Exception as error:  # a bug must end in an arm that stands still, and be seen
                 self._fail(f"{type(error).__name__}: {error}")
 
+    def _account(self, now: float) -> None:
+        """A command went out now [s]."""
+        if self._over_since is not None:
+            self.reactions.add(now - self._over_since)
+            self.statistics.pause()  # this one came early, on purpose
+            self._over_since = None
+        self._sent = now
+        self.statistics.tick(now)
+
     def _fail(self, reason: str) -> None:
         with self.lock:
             if self.guard.state is not State.FAULT:
                 self._warn(reason)
                 self.guard.fault(reason)
-            self.runner, self._trail = None, None
+            self.motion.stand()
             self.guard.moving = False
             self.lock.notify_all()
 
-    def _period_passed(self) -> Array | None:
-        """Judge, move on by one period; give the joints to send, or None when nothing needs to be sent."""
+    def _turn(self, beat: Beat) -> Array | None:
+        """Judge; when a command is due, give the joints to send."""
         with self.lock:
-            before = self.guard.state
-            sensed = self._sense()
-            action = self.guard.check(sensed.reading)
-            if action is Action.RETRACT:
-                self.leave(sensed.joints)
-            elif action is Action.STOP:
-                self.brake()
-            joints = self._advance()
-            if self.guard.state is not before:
+            before = self.guard.state, self.guard.waiting
+            self._judge(beat)
+            joints = self._advance() if beat.passed() else None
+            if (self.guard.state, self.guard.waiting) != before:
                 self.lock.notify_all()
             return joints
 
+    def _judge(self, beat: Beat) -> None:
+        sensed, alarm = self._link.sense(), self.alarm()
+        action = self.guard.check(sensed.reading, alarm)
+        if action is Action.RETRACT:
+            self._over_since = self.guard.over_since
+            self.leave()
+            beat.bring_forward(self._sent + _SHORTEST_FRAME)
+        elif action is Action.STOP:
+            self.motion.brake()
+        elif action is Action.RESUME:
+            self.resume()
+        elif self.guard.state is State.CONTACT:
+            self.motion.slow(comfort(resultant(sensed.reading.wrench), self.guard.region).speed)
+
     def _advance(self) -> Array | None:
-        if self.command is None:
+        motion = self.motion
+        if motion.command is None:
             return None
-        if self.runner is None:
+        if motion.runner is None:
             self._rest += self._period
-            if self._rest > _REST and self.guard.state is not State.CONTACT and not self.guard.touching:
-                self.command = None
-                self.statistics.pause()
-            return self.command
-        self._rest = 0.0
-        joints = self.runner.step()
-        if self._trail is not None:
-            trail, origin = self._trail
-            joints = joints + trail.step() - origin
-        RM65_LIMITS.check(joints)
-        RM65_LIMITS.check_step(self.command, joints, self._period)
-        self.command = joints
-        if self.runner.at_rest and (self._trail is None or self._trail[0].at_rest):
-            self._at_rest(self.runner)
+            if self._rest > _REST and not (self.guard.touching or self.guard.waiting):
+                self.forget()
+                return None
+        else:
+            self._rest = 0.0
+        joints = motion.step()
+        self._link.vitals.command(joints, time.monotonic())
+        if motion.runner is not None and motion.at_rest:
+            self._at_rest(motion.runner)
         return joints
 
     def _at_rest(self, runner: PathRunner) -> None:
@@ -237,9 +245,9 @@ class ControlLoop:
         if not self.guard.moving:
             return
         self.guard.moving = False
-        scrubbing = self.kind is Kind.SCRUB and self.guard.state is State.CONTACT
-        if runner.at_end and self.kind in (Kind.SEEK, Kind.LEAVE, Kind.HOME):
-            self.guard.arrived("at home" if self.kind is Kind.HOME else "retracted")
-        if not (scrubbing or self.guard.paused):
-            self.runner, self._trail = None, None
+        scrubbing = self.motion.kind is Kind.SCRUB and self.guard.state is State.CONTACT
+        if runner.at_end and self.motion.kind in (Kind.SEEK, Kind.LEAVE, Kind.HOME):
+            self.guard.arrived("at home" if self.motion.kind is Kind.HOME else "retracted")
+        if not (scrubbing or self.guard.paused or self.guard.waiting):
+            self.motion.stand()
         self.lock.notify_all()

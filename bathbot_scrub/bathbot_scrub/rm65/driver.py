@@ -4,17 +4,19 @@ Calls that move plan first, in the caller's thread, and then hand a finished pat
 """
 
 import math
+import time
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.approach import Approach, Request, Touch
-from bathbot_scrub.rm65.control_loop import ControlLoop, Retract
+from bathbot_scrub.rm65.control_loop import ControlLoop
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.force_guard import ForceGuard, State
+from bathbot_scrub.rm65.force_guard import ForceGuard
 from bathbot_scrub.rm65.force_limits import load_force_limits
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.link import Link
@@ -26,6 +28,7 @@ from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.surroundings import Surroundings
 
 Array = NDArray[np.float64]
+_CLEARED = 0.2  # [s] within which a sample without the error must have come
 
 
 class ArmDriver:
@@ -50,23 +53,14 @@ class ArmDriver:
         self.planner = Planner(
             self.kinematics, home, pace, settings.joint_share, surroundings=self.surroundings
         )
-        self.link = Link(
-            settings.host, settings.port, settings.udp_port, settings.variant, settings.force_cutoff, warn
-        )
-        self.loop = ControlLoop(
-            self.link.client,
-            self.planner,
-            ForceGuard(self.limits, settings.stale_after),
-            self.link.sense,
-            Retract(settings.retract_distance, settings.retract_speed),
-            1.0 / settings.rate,
-            warn,
-        )
+        self.link = Link(settings, warn)
+        guard = ForceGuard(self.limits, settings.home_needs_consent)
+        self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self._path: ScrubPath | None = None
         self._refusal = ""  # why the newest segment was not taken
         self.loop.start()
-        self.link.start(self.loop.connection_lost)
+        self.link.start(self.loop.connection_lost, self.loop.wake)
 
     def approach(
         self,
@@ -92,16 +86,17 @@ class ArmDriver:
             raise
 
     def retract(self) -> None:
-        """Leave along the outward normal at once.
+        """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
 
         Raises:
-            NotReadyError: In FAULT, or without recent state of the arm.
+            NotReadyError: While the joints or the connection cannot be trusted.
             UnreachableError: When there is no way straight back.
         """
         with self.loop.lock:
-            start = self.loop.standing()
-            self.loop.guard.begin_retract()
-            self.loop.leave(start)
+            alarm = self.loop.alarm()
+            self.loop.where()
+            self.loop.guard.begin_retract(alarm)
+            self.loop.leave()
 
     def home(self) -> None:
         """Fold the arm, from FREE, or from HOLD when the head is off the skin.
@@ -121,7 +116,7 @@ class ArmDriver:
         """Brake and give the motion up."""
         with self.loop.lock:
             self.loop.guard.stop("stopped")
-            self.loop.brake()
+            self.loop.motion.brake()
             self.loop.lock.notify_all()
 
     def pause(self) -> None:
@@ -132,17 +127,28 @@ class ArmDriver:
         """
         with self.loop.lock:
             self.loop.guard.pause()
-            self.loop.brake()
+            self.loop.motion.brake()
 
     def resume(self) -> None:
-        """Go on after a pause, or leave FAULT when its cause is gone.
+        """Go on after a pause, allow the next motion, or leave FAULT when its cause is gone.
+
+        Blocks for a moment when the controller keeps an error that must be cleared.
 
         Raises:
-            NotReadyError: When neither applies.
+            NotReadyError: When none applies.
+            ArmError: When the controller does not clear its errors.
         """
-        with self.loop.lock:
-            if self.loop.guard.resume(self.link.sense().reading):
-                self.loop.resume()
+        loop, sample = self.loop, self.link.sample
+        if sample is not None and (sample.errors or any(sample.joint_errors)):
+            self.link.clear_errors()
+            deadline = time.monotonic() + _CLEARED
+            while self.link.sample is sample and time.monotonic() < deadline:
+                time.sleep(0.005)
+        with loop.lock:
+            if loop.guard.state is State.FAULT and not loop.guard.moving:
+                loop.forget()
+            if loop.guard.resume(loop.alarm()):
+                loop.resume()
 
     def zero_force(self) -> float:
         """Zero the sensor; give what remains [N]. Blocks for a fifth of a second.
@@ -161,15 +167,15 @@ class ArmDriver:
         loop, path, wrench = self.loop, self._path, self.link.wrench
         index, queued, along, done = 0, 0, 0.0, False
         with loop.lock:
-            guard, runner = loop.guard, loop.runner
-            state, reason, threshold = guard.state, guard.reason, guard.threshold
-            if path is not None and runner is not None and loop.kind is Kind.SCRUB:
+            guard, runner = loop.guard, loop.motion.runner
+            state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.threshold
+            if path is not None and runner is not None and loop.motion.kind is Kind.SCRUB:
                 index, queued = path.segment_at(runner.length), path.queued_at(runner.length)
                 along, done = path.travelled_at(runner.length), path.finished and runner.at_end
                 if state is State.CONTACT and runner.at_end:
                     reason = "path done" if done else self._refusal or "waits for segments"
         reading = self.link.sense().reading
-        connected = reading.connected and reading.age <= self.settings.stale_after
+        connected = self.link.connected and reading.age <= self.settings.stale_after
         if not (reason or connected):
             reason = self.link.trouble or "no state from the controller"
         return Snapshot(
@@ -206,6 +212,7 @@ class ArmDriver:
         longer = path.extend(segment)
         with loop.lock:
             loop.extend(longer)
+            loop.path_open = not segment.last
 
     def _start_path(self, segment: Segment) -> None:
         region, loop = self.limits.region(segment.region), self.loop
@@ -226,7 +233,7 @@ class ArmDriver:
                 line_pace(self.settings.max_scrub_speed, self.settings.scrub_acceleration),
                 Kind.SCRUB,
             )
-            self._path = path
+            self._path, loop.path_open = path, not segment.last
 
     def _require_contact(self) -> None:
         guard = self.loop.guard
@@ -239,8 +246,8 @@ class ArmDriver:
             raise NotReadyError("the arm still follows another path; wait until it stands, or stop it")
 
     def _length(self, path: ScrubPath) -> float:
-        runner = self.loop.runner
-        if runner is None or self.loop.kind is not Kind.SCRUB:
+        runner = self.loop.motion.runner
+        if runner is None or self.loop.motion.kind is not Kind.SCRUB:
             guard = self.loop.guard
             raise NotReadyError(
                 f"path {path.path_id} was given up: {guard.reason or guard.state.name}; begin a new one"

@@ -51,7 +51,24 @@ class DriverSettings:
 
     retract_distance: float = _about(0.10, "along the outward normal [m]")
     retract_speed: float = _about(0.25, "faster than a body moves towards the arm [m/s]")
-    stale_after: float = _about(0.1, "age of the newest state at which the arm stops [s]")
+    home_needs_consent: bool = _about(
+        True, "after a retract that force demanded, home and approach wait for arm/resume"
+    )
+
+    brake_after: float = _about(0.05, "without a readable sample the arm brakes and waits [s]")
+    stale_after: float = _about(0.3, "without one it waits no more: FAULT [s]")
+    steady_for: float = _about(0.3, "data must have come without a gap before the arm goes on by itself [s]")
+    wait_at_most: float = _about(2.0, "for data that come and go; then FAULT [s]")
+    frozen_samples: int = _about(12, "readings of the force in a row that came before; noise never repeats")
+    following_tolerance: float = _about(0.01, "that a joint may be off all it was told lately [rad]")
+    following_after: float = _about(0.03, "for which it may be farther off than that [s]")
+    deaf_after: float = _about(0.1, "without answer to a question over TCP the arm brakes and waits [s]")
+    leave_after: float = _about(10.0, "on the skin without any motion; then the arm leaves it [s]")
+
+    tool_mass: float = _about(
+        0.0, "of the tool, as far as the controller's own calibration leaves it out [kg]"
+    )
+    tool_centre: tuple[float, ...] = _about((0.0, 0.0, 0.05), "its centre, from the flange [m]")
     force_cutoff: float = _about(15.0, "of the low-pass on the wrench [Hz]")
     publish_rate: float = _about(50.0, "of joint_states, wrench and tool_pose [Hz]")
 
@@ -79,7 +96,14 @@ class DriverSettings:
             "body_max_age",
             "retract_distance",
             "retract_speed",
+            "brake_after",
             "stale_after",
+            "steady_for",
+            "wait_at_most",
+            "following_tolerance",
+            "following_after",
+            "deaf_after",
+            "leave_after",
             "force_cutoff",
             "publish_rate",
         ):
@@ -92,6 +116,18 @@ class DriverSettings:
             raise ArmSettingsError(f"joint_share must lie in 0..1, got {self.joint_share}")
         if self.queue_length < 2:
             raise ArmSettingsError(f"queue_length must be 2 or more, got {self.queue_length}")
+        if not self.brake_after < self.stale_after <= self.wait_at_most:
+            raise ArmSettingsError(
+                "need brake_after < stale_after <= wait_at_most, got "
+                f"{self.brake_after}, {self.stale_after} and {self.wait_at_most} s"
+            )
+        if self.frozen_samples < 3:
+            raise ArmSettingsError(f"frozen_samples must be 3 or more, got {self.frozen_samples}")
+        if not (0.0 <= self.tool_mass <= 5.0 and len(self.tool_centre) == 3):
+            raise ArmSettingsError(
+                f"tool_mass must be 0..5 kg and tool_centre three lengths, got {self.tool_mass} "
+                f"and {self.tool_centre}"
+            )
         if len(self.home_deg) != 6:
             raise ArmSettingsError(f"home_deg must be six angles, got {self.home_deg}")
         walls_from(self.walls)

@@ -1,70 +1,43 @@
-"""The force guard: what the arm may do next, from force, age of the data and connection. Pure.
+"""The force guard: what the arm may do next, from force and from what the watchdogs say. Pure.
 
-States and what leads from one to the next:
-
-    FREE -> APPROACH            asked to approach, or to go home
-    APPROACH -> CONTACT         skin felt on the straight part
-    APPROACH -> HOLD            nothing felt, or stopped
-    any that moves or touches -> RETRACTING   force above a threshold, or asked
-    RETRACTING -> FREE          asked, and done
-    RETRACTING -> HOLD          forced, and done; FAULT when the hard limit was passed
-    any that moves or touches -> FAULT  data too old, connection lost
-    FAULT -> RETRACTING         pressed on the skin, by data that can be trusted again
-    FAULT -> HOLD               the cause is gone and someone resumes
+The states and the ways between them are in `guard_states`. Time comes in with the readings.
 """
-
-from enum import Enum, IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.rm65.alarm import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.errors import NotReadyError
 from bathbot_scrub.rm65.force_excess import Reading, limit_passed, surge
 from bathbot_scrub.rm65.force_limits import ForceLimits, RegionLimits
+from bathbot_scrub.rm65.guard_states import Action, Cause, State
+from bathbot_scrub.rm65.wrench_filter import resultant
 
 Array = NDArray[np.float64]
 
 
-class State(IntEnum):
-    """States as in bathbot_msgs/ArmState."""
-
-    FREE = 0
-    APPROACH = 1
-    CONTACT = 2
-    RETRACTING = 3
-    HOLD = 4
-    FAULT = 5
-
-
-class Action(Enum):
-    """What the control loop must do at once."""
-
-    GO_ON = "go on"
-    STOP = "stop"
-    RETRACT = "retract"
-
-
-class Cause(Enum):
-    """Why the guard ended a motion."""
-
-    NONE = "none"
-    NO_CONTACT = "no contact"
-    FORCE = "force"
-    DATA = "data"
-
-
 class ForceGuard:
-    """The state of the arm with regard to the person. Time comes in as the age of readings."""
+    """The state of the arm with regard to the person."""
 
-    def __init__(self, limits: ForceLimits, stale_after: float) -> None:
-        """Begin FREE; data older than `stale_after` [s] stops the arm."""
-        self._limits, self._stale_after = limits, stale_after
+    def __init__(self, limits: ForceLimits, needs_consent: bool = True) -> None:
+        """Begin FREE.
+
+        Args:
+            limits: Of the regions.
+            needs_consent: After a retract that force demanded, someone must allow the next motion.
+        """
+        self._limits, self._needs_consent = limits, needs_consent
         self.state, self.reason, self.cause = State.FREE, "", Cause.NONE
         self.region: RegionLimits = limits.gentlest()
         self.touching = False  # on the skin, or so near that it may be
+        self.facing = False  # it has left a person, who may follow
         self.moving = False  # set by the control loop
+        self.waiting = ""  # for what the motion stands until it goes on by itself; empty: it does not
+        self.over_since: float | None = None  # [s] stamp of the first sample of the present excess
         self._seeking = False
         self._settled = False  # the search has come to rest: a rise of force is the body's doing now
+        self._off = False  # while leaving: nothing is felt any more
+        self._forced = False  # the arm left because of force, and nobody has allowed it to go on
         self._paused_from: State | None = None
         self._after_retract = State.FREE
 
@@ -75,40 +48,49 @@ class ForceGuard:
 
     @property
     def paused(self) -> bool:
-        """Whether a motion waits to be resumed."""
+        """Whether a motion waits to be resumed by someone."""
         return self._paused_from is not None
 
-    @property
-    def contact_force(self) -> float:
-        """Force [N] at which skin counts as felt."""
-        return self._limits.contact
+    def check(self, reading: Reading, alarm: Alarm = QUIET) -> Action:
+        """Judge one reading; changes the state and tells what to do at once.
 
-    def check(self, reading: Reading) -> Action:
-        """Judge one reading; changes the state and tells what to do at once."""
-        if self.state is State.FAULT:  # still leaves when pressed, as long as the force can be trusted
-            excess = self._excess(reading) if self.touching and not self._doubt(reading) else ""
-            return self._leave(excess, hard=True) if excess else Action.GO_ON
-        if (self.moving or self.touching) and (trouble := self._doubt(reading)):
-            return self.fault(trouble)
+        Args:
+            reading: The newest.
+            alarm: The gravest of what the watchdogs say, with the trust that all of them leave.
+        """
+        trusted = alarm.force and bool(np.isfinite(reading.wrench).all())
+        excess = self._excess(reading) if trusted else ""
+        self._note_first(reading, excess)
+        if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
+            pressed = excess and (self.touching or self.facing) and alarm.joints
+            return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
         if self.state is State.RETRACTING:
-            if reading.sudden > self.region.hard_stop and self._after_retract is not State.FAULT:
-                self._after_retract = State.FAULT
-                self.reason = f"retracting: force {reading.sudden:.1f} N passed the hard limit"
+            return self._check_leaving(reading, alarm, excess if trusted else None)
+        met = excess if self.moving or self.touching or self.facing else ""  # not while it stands in free air
+        if not (met or self.moving or self.touching or self.waiting):
             return Action.GO_ON
-        if excess := self._excess(reading):
-            return self._leave(excess, reading.sudden > self.region.hard_stop)
-        if self._seeking and np.linalg.norm(reading.wrench[:3]) >= self._limits.contact:
+        faulty = alarm.reaction is Reaction.FAULT
+        if met and alarm.joints:
+            hard = resultant(reading.sudden) > self.region.hard_stop
+            return self._leave(met, State.FAULT if hard or faulty else State.HOLD)
+        if faulty:
+            return self.fault(alarm.message)
+        if alarm.reaction is Reaction.WAIT:
+            return self._wait(alarm)
+        if alarm.reaction is Reaction.LEAVE and self.touching and not self.moving:
+            return self._leave(alarm.message, State.HOLD, Cause.IDLE)
+        if self._seeking and trusted and self._felt(reading):
             self._seeking = self._settled = False
-            self.state, self.reason = State.CONTACT, ""
+            self.state, self.reason, self.waiting = State.CONTACT, "", ""
             return Action.STOP
         self._settled = self._settled or not self.moving
-        return Action.GO_ON
+        return self._calm()
 
     def begin_approach(self, region: RegionLimits, reason: str = "") -> None:
         """Go from FREE or HOLD on the way to a target, through free air.
 
         Raises:
-            NotReadyError: In any other state, or on the skin.
+            NotReadyError: In any other state, on the skin, or while nobody has allowed it.
         """
         if self.state not in (State.FREE, State.HOLD):
             raise NotReadyError(
@@ -117,8 +99,10 @@ class ForceGuard:
             )
         if self.touching:
             raise NotReadyError("the head may be on the skin; call arm/retract first")
+        if self._forced:
+            raise NotReadyError("the arm left because of force; see whether the way is free, then arm/resume")
         self._enter(State.APPROACH, reason)
-        self.region = region
+        self.region, self.facing = region, False
 
     def begin_seeking(self) -> None:
         """Begin the straight part: from here on the head may touch."""
@@ -127,25 +111,26 @@ class ForceGuard:
         self._seeking = self.touching = True
         self._settled = False
 
-    def begin_retract(self) -> None:
-        """Leave because someone asked.
+    def begin_retract(self, alarm: Alarm = QUIET) -> None:
+        """Leave because someone asked; in FAULT too, for leaving along the normal needs the joints only.
 
         Raises:
-            NotReadyError: In FAULT.
+            NotReadyError: While the joints, or the stream of commands, cannot be trusted.
         """
-        if self.state is State.FAULT:
-            raise NotReadyError(f"the arm is in FAULT ({self.reason}); mend it and call arm/resume first")
+        if not alarm.joints:
+            raise NotReadyError(f"cannot retract: {alarm.message}; mend it and call arm/resume first")
         if self.state is not State.RETRACTING:
+            faulted = self.state is State.FAULT
             self._enter(State.RETRACTING, "retract was asked for")
-            self._after_retract = State.FREE
+            self._after_retract = State.FAULT if faulted else State.FREE
 
     def arrived(self, where: str) -> None:
         """The motion of this state has reached its end."""
         if self.state is State.RETRACTING:
-            self.touching = False
+            self.touching, self.facing = False, True
             forced = self._after_retract is not State.FREE
             reason = self.reason.replace("retracting", "retracted") if forced else where
-            self._enter(self._after_retract, reason, Cause.FORCE if forced else Cause.NONE)
+            self._enter(self._after_retract, reason, self.cause)
         elif self._seeking:
             self._enter(State.HOLD, "nothing felt where the skin should be", Cause.NO_CONTACT)
         elif self.state is State.APPROACH:
@@ -169,59 +154,96 @@ class ForceGuard:
         self._enter(State.HOLD, "paused")
         self._seeking, self._paused_from = seeking and paused_from is State.APPROACH, paused_from
 
-    def resume(self, reading: Reading) -> bool:
-        """Go on after a pause, or leave FAULT for HOLD; true when the paused motion goes on.
+    def resume(self, alarm: Alarm = QUIET) -> bool:
+        """Go on after a pause, allow the next motion, or leave FAULT; true when a paused motion goes on.
 
         Raises:
-            NotReadyError: When nothing is paused, or the cause of the fault is still there.
+            NotReadyError: When none applies, or what the watchdogs say forbids it.
         """
+        if alarm.doubtful:
+            raise NotReadyError(f"cannot resume: {alarm.message}")
         if self.state is State.FAULT:
-            if trouble := self._doubt(reading):
-                raise NotReadyError(f"cannot resume: {trouble}")
+            self._forced = False
             self._enter(State.HOLD, "resumed after a fault; retract or go home")
             return False
-        if self._paused_from is None:
-            raise NotReadyError(f"nothing is paused; the arm is in state {self.state.name}")
-        state, self._paused_from = self._paused_from, None
-        self.state, self.reason = state, ""
-        return True
+        if self._paused_from is not None:
+            state, self._paused_from = self._paused_from, None
+            self.state, self.reason = state, ""
+            return True
+        if self._forced and self.state in (State.HOLD, State.FREE):
+            self._forced = False
+            if self.state is State.HOLD and not self.touching:
+                self._enter(State.FREE, "allowed to go on")
+            return False
+        raise NotReadyError(f"nothing is paused; the arm is in state {self.state.name}")
 
     def fault(self, reason: str) -> Action:
         """Stand still until the cause is gone and someone resumes."""
         self._enter(State.FAULT, reason, Cause.DATA)
         return Action.STOP
 
-    def trust(self, reading: Reading) -> None:
-        """Refuse to begin anything on data that cannot be trusted.
-
-        Raises:
-            NotReadyError: With what is wrong.
-        """
-        if trouble := self._doubt(reading):
-            raise NotReadyError(
-                f"{trouble}; check the controller, its cable and parameters host, port, udp_port"
-            )
-
     def _enter(self, state: State, reason: str, cause: Cause = Cause.NONE) -> None:
         self.state, self.reason, self.cause = state, reason, cause
-        self._seeking, self._paused_from = False, None
+        self._seeking, self._paused_from, self.waiting, self._off = False, None, "", False
 
-    def _doubt(self, reading: Reading) -> str:
-        if not reading.connected:
-            return "connection to the controller lost"
-        if not reading.age <= self._stale_after:
-            return f"no state from the controller for {reading.age:.2f} s"
-        return "" if np.isfinite(reading.wrench).all() else "force reading is not a number"
+    def _check_leaving(self, reading: Reading, alarm: Alarm, excess: str | None) -> Action:
+        """While leaving a doubtful force (None) does not hold the arm on the skin, doubtful joints do."""
+        if alarm.reaction is Reaction.FAULT:
+            if not alarm.joints:
+                return self.fault(alarm.message)
+            self._after_retract, self.reason = State.FAULT, f"retracting: {alarm.message}"
+        if alarm.reaction is Reaction.WAIT and not alarm.joints:
+            return self._wait(alarm)
+        if excess is None:
+            return self._calm()
+        force = resultant(reading.sudden)
+        if force > self.region.hard_stop and self._after_retract is not State.FAULT:
+            self._after_retract = State.FAULT
+            self.reason = f"retracting: force {force:.1f} N passed the hard limit"
+        if excess and self._off:  # the person has come after it
+            return self._leave(excess, self._after_retract or State.HOLD)
+        self._off = self._off or not self._felt(reading)
+        return self._calm()
+
+    def _wait(self, alarm: Alarm) -> Action:
+        """Brake once, and stand for as long as the alarm lasts."""
+        begun, self.waiting = not self.waiting, alarm.message
+        return Action.STOP if begun else Action.GO_ON
+
+    def _calm(self) -> Action:
+        """Nothing forbids to go on; what stood because of an alarm goes on."""
+        if not self.waiting:
+            return Action.GO_ON
+        self.waiting = ""
+        return Action.RESUME
+
+    def _felt(self, reading: Reading) -> bool:
+        """Whether skin is felt."""
+        return max(resultant(reading.wrench), resultant(reading.sudden)) >= self._limits.contact
+
+    @property
+    def _transit(self) -> float | None:
+        return None if self.touching or self.facing else self._limits.transit
 
     def _excess(self, reading: Reading) -> str:
         """Name the limit that the reading passes; empty when none."""
-        waiting = self.touching and self._settled and self.state in (State.CONTACT, State.HOLD)
-        passed = limit_passed(reading, self.region, None if self.touching else self._limits.transit)
-        return passed or (surge(reading, self._limits) if waiting else "")
+        for wrench in (reading.sudden, reading.wrench):
+            if passed := limit_passed(wrench, self.region, self._transit):
+                return passed
+        settled = self._settled if self.state is State.APPROACH or self.touching else True
+        near = self.facing or (self.touching and (self._off or self.state is not State.RETRACTING))
+        return surge(reading, self._limits, settled) if near else ""
 
-    def _leave(self, excess: str, hard: bool) -> Action:
-        if not (self.touching or self.moving):  # pushed while it stands in free air
-            return Action.GO_ON
-        self._enter(State.RETRACTING, f"retracting: {excess}", Cause.FORCE)
-        self._after_retract = State.FAULT if hard else State.HOLD
+    def _note_first(self, reading: Reading, excess: str) -> None:
+        """Remember when the first sample over a limit came, to know how long the answer takes."""
+        over = excess or limit_passed(
+            reading.raw, self.region, None if self.touching else self._limits.transit
+        )
+        since = reading.stamp if self.over_since is None else self.over_since
+        self.over_since = since if over else None
+
+    def _leave(self, reason: str, after: State, cause: Cause = Cause.FORCE) -> Action:
+        self._forced = self._forced or (self._needs_consent and cause is Cause.FORCE)
+        self._enter(State.RETRACTING, f"retracting: {reason}", cause)
+        self._after_retract = after
         return Action.RETRACT

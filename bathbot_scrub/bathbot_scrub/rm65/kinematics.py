@@ -22,6 +22,7 @@ FOREARM = 0.210  # d4 [m]: elbow to wrist centre
 LINK_NAMES = ("base_link", "Link1", "Link2", "Link3", "Link4", "Link5", "Link6")
 JOINT_NAMES = ("joint1", "joint2", "joint3", "joint4", "joint5", "joint6")
 
+HEAD_NAME = "scrub_head"
 HEAD_LENGTH = 0.10  # [m] flange to the tip of unbent bristles, Eqs. (15)-(17)
 T_FLANGE_HEAD = transform_from(translation=(0.0, 0.0, HEAD_LENGTH))
 T_FLANGE_HEAD.setflags(write=False)

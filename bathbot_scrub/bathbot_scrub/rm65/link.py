@@ -14,15 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient, Connection
+from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, RefusedError
 from bathbot_scrub.rm65.force_excess import Reading
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
+from bathbot_scrub.rm65.tool_weight import ToolWeight
+from bathbot_scrub.rm65.vital_signs import Activity, Connected, Signs, VitalSigns
 from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
 
 Array = NDArray[np.float64]
 _RETRY = 1.0  # [s] between attempts to order the push
 _SETTLE = 0.15  # [s] for the filter after zeroing
 _SILENCE = 2.0  # [s] without push after which it is ordered again
+_ASK = 0.05  # [s] between questions that show that the controller still listens
+_UNSTEADY = 0.5  # [N] that the force may change by while it is zeroed
+_NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
 
 
 class Sensed(NamedTuple):
@@ -35,40 +41,40 @@ class Sensed(NamedTuple):
 class Link:
     """TCP client and UDP receiver of one controller, set up as the driver needs them."""
 
-    def __init__(
-        self, host: str, port: int, udp_port: int, variant: str, cutoff: float, warn: Callable[[str], None]
-    ) -> None:
+    def __init__(self, settings: DriverSettings, warn: Callable[[str], None]) -> None:
         """Listen to the push; `start` begins to connect.
 
         Args:
-            host: Address of the controller.
-            port: Its TCP port.
-            udp_port: Ours for the push; 0: any free one.
-            variant: That the controller must have.
-            cutoff: Of the wrench filter [Hz].
+            settings: Addresses, variant, filter and tool.
             warn: Takes one line for the log, at every new reason.
 
         Raises:
             ArmConnectionError: When our UDP port is taken.
         """
-        self._variant, self._warn = variant, warn
+        self._variant, self._warn = settings.variant, warn
         self._lost: Callable[[], None] = lambda: None
-        self._filter = WrenchFilter(cutoff)
+        self._news: Callable[[], None] = lambda: None
+        self._filter = WrenchFilter(settings.force_cutoff)
         self._filter_lock = threading.Lock()
+        self._tool = ToolWeight(settings.tool_mass, np.array(settings.tool_centre))
+        self._pull_at_zero = np.zeros(6)  # of the tool [N, Nm], in the posture of the last zeroing
+        self.vitals = VitalSigns(settings.following_tolerance, 1.0 / settings.rate)
         self.wrench: HeadWrench | None = None
         self.sample: ArmSample | None = None
         self.trouble = "not yet connected"
         self._told: set[str] = set()  # since it last worked
-        self._ready = False
+        self._ready, self._powered = False, True
+        self._set_up_at = 0.0  # [s]
+        self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
-        self.receiver = StateReceiver(udp_port, self._take)
-        self.client = ArmClient(host, port, self._connection)
+        self.receiver = StateReceiver(settings.udp_port, self._take, self.vitals.refuse)
+        self.client = ArmClient(settings.host, settings.port, self._connection)
         self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
 
-    def start(self, lost: Callable[[], None]) -> None:
-        """Begin to connect; `lost` is called whenever the connection is lost."""
-        self._lost = lost
+    def start(self, lost: Callable[[], None], news: Callable[[], None]) -> None:
+        """Begin to connect; `lost` is called when the connection is lost, `news` at every sample."""
+        self._lost, self._news = lost, news
         self.client.start()
         self._thread.start()
 
@@ -79,12 +85,32 @@ class Link:
 
     def sense(self) -> Sensed:
         """What was measured last; NaN and an infinite age before the first sample."""
-        wrench, sample, connected = self.wrench, self.sample, self.connected
+        wrench, sample = self.wrench, self.sample
         if wrench is None or sample is None:
-            nothing = np.full(6, np.nan)
-            return Sensed(Reading(nothing, math.nan, math.nan, math.inf, connected), nothing)
+            return Sensed(_NOTHING, np.full(6, np.nan))
         age = time.monotonic() - wrench.stamp
-        return Sensed(Reading(wrench.filtered, wrench.sudden, wrench.rise, age, connected), sample.joints)
+        reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.rise, age)
+        return Sensed(reading, sample.joints)
+
+    def signs(self, now: float, activity: Activity) -> Signs:
+        """What the watchdogs judge, at `now` [s] of time.monotonic()."""
+        asked = self._asked
+        waited = max(now - asked, 0.0) if asked is not None else 0.0
+        reason = self.trouble or self.client.connection.reason
+        return self.vitals.signs(now, Connected(self.connected, reason, waited, self._powered), activity)
+
+    def clear_errors(self) -> None:
+        """Ask the controller to forget the errors it keeps.
+
+        Raises:
+            ArmError: When it refuses or does not answer.
+        """
+        self.client.demand({"command": "clear_system_err"}, "clear_state")
+        bits = () if self.sample is None else self.sample.joint_errors
+        for joint in (number + 1 for number, code in enumerate(bits) if code):
+            self.client.demand(
+                {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
+            )
 
     def zero_force(self, most: float) -> float:
         """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
@@ -94,12 +120,14 @@ class Link:
             RefusedError: When the controller refuses.
             ArmConnectionError: Without connection.
         """
+        sample, before = self.sample, self.wrench
         self.client.demand({"command": "clear_force_data"}, "clear_state")
         time.sleep(0.03)  # samples on their way are older than the reply
         with self._filter_lock:
             self._filter.reset()
+            self._pull_at_zero = np.zeros(6) if sample is None else self._pull(sample)
         time.sleep(_SETTLE)
-        residual = math.inf if self.wrench is None else self.wrench.force
+        residual = math.inf if self.wrench is None or before is None else self.wrench.force
         if not residual <= most:
             raise NotReadyError(
                 f"{residual:.2f} N remain after zeroing, more than {most} N; is the arm at rest and free?"
@@ -116,12 +144,18 @@ class Link:
 
     def _take(self, sample: ArmSample) -> None:
         with self._filter_lock:
-            self.wrench = self._filter.update(sample.stamp, sample.wrench)
+            external = sample.wrench - (self._pull(sample) - self._pull_at_zero)
+            self.wrench = self._filter.update(sample.stamp, external)
         self.sample = sample
+        self.vitals.sample(sample)
+        self._news()
+
+    def _pull(self, sample: ArmSample) -> Array:
+        return self._tool.pull(sample.T_base_flange[:3, :3])
 
     def _connection(self, connection: Connection) -> None:
         if not connection.connected:
-            self._ready = False
+            self._ready, self._asked = False, None
             self._complain(connection.reason)
             self._lost()
         self._wake.set()
@@ -135,26 +169,34 @@ class Link:
     def _keep(self) -> None:
         """Set the controller up at every connection, and again when its push stays away."""
         while self._open:
-            self._wake.wait(_RETRY)
+            self._wake.wait(_ASK if self.connected else _RETRY)
             self._wake.clear()
             if not (self._open and self.client.connection.connected):
                 continue
-            silent = self._ready and self.receiver.age() > _SILENCE
+            silent = self._ready and min(self.receiver.age(), time.monotonic() - self._set_up_at) > _SILENCE
             if silent:
                 self._complain(
                     f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
                 )
-            if silent or not self._ready:
-                try:
+            try:
+                if silent or not self._ready:
                     self._set_up()
-                except ArmConnectionError as error:
-                    self._complain(str(error))
-                    self.client.reconnect()
-                except ArmError as error:
-                    self._complain(str(error))
-            elif self.trouble:
-                self.trouble = ""
-                self._told.clear()
+                else:
+                    self._ask()
+            except ArmConnectionError as error:
+                self._complain(str(error))
+                self.client.reconnect()
+            except ArmError as error:
+                self._complain(str(error))
+
+    def _ask(self) -> None:
+        """Ask something cheap, to know that the controller still listens."""
+        self._asked = time.monotonic()
+        answer = self.client.request({"command": "get_arm_power_state"})
+        self._asked, self._powered = None, answer.get("power_state", 1) in (1, True)
+        if self.trouble and self.receiver.age() < _SILENCE:
+            self.trouble = ""
+            self._told.clear()
 
     def _set_up(self) -> None:
         self.receiver.source = self.client.controller_address()
@@ -176,7 +218,7 @@ class Link:
             },
             "state",
         )
-        self._ready = True
+        self._ready, self._set_up_at = True, time.monotonic()
 
 
 def _variant_of(product: str) -> str:

@@ -25,12 +25,12 @@ from bathbot_scrub.rm65.errors import (
     NoContactError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.kinematics import JOINT_NAMES, LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.kinematics import HEAD_NAME, JOINT_NAMES, LINK_NAMES, T_FLANGE_HEAD, Kinematics
 from bathbot_scrub.rm65.segment_queue import Segment
 from bathbot_scrub.rm65.snapshot import Snapshot
 
 Array = NDArray[np.float64]
-BASE, HEAD = LINK_NAMES[0], "scrub_head"
+BASE, HEAD = LINK_NAMES[0], HEAD_NAME
 
 _ERROR_CODES = (
     (InvalidPoseError, Approach.Result.INVALID_TARGET),

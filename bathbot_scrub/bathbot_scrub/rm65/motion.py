@@ -6,6 +6,7 @@ What cannot be done is refused here, with the reason.
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # it loads Pinocchio, which not everybody who plans needs
 Array = NDArray[np.float64]
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
 _NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
+_WAYS = 6  # tried for each posture; checking one takes some milliseconds
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
@@ -153,7 +155,7 @@ class Planner:
     def _first_clear(self, paths: Iterable[JointPath], patch: ArrayLike) -> JointPath:
         """The first of some paths that meets nothing; else the error of the first."""
         first = None
-        for path in paths:
+        for path in islice(paths, _WAYS):
             try:
                 self.check(path.joints, patch)
                 return path

@@ -29,6 +29,7 @@ class PathRunner:
         """Stand at the start of `path`, at rest; `period` [s] is the time of one step."""
         self.path, self.pace, self.period = path, pace, period
         self.length, self.speed, self._acceleration = 0.0, 0.0, 0.0
+        self.share = 1.0  # of the speed that the path allows, 0..1
         self._braking = False
         self._ruckig = Ruckig(1, period)
         self._input, self._output = InputParameter(1), OutputParameter(1)
@@ -81,7 +82,7 @@ class PathRunner:
             # the time that it takes to turn the acceleration now into braking
             reaction = (self._acceleration + self.pace.acceleration) / self.pace.jerk
             ahead = max(reaction * self.speed, 0.0)  # at rest the speed may be a hair below zero
-            allowed = min(self.pace.speed, self.path.speed_at(self.length, ahead))
+            allowed = self.share * min(self.pace.speed, self.path.speed_at(self.length, ahead))
             given.control_interface = ControlInterface.Position
             given.target_position = [self.path.end]
             given.max_velocity = [max(allowed, 10 * _CREEP)]

@@ -17,6 +17,7 @@ class PeriodStatistics:
         self.period = period
         self._deviations: deque[float] = deque(maxlen=kept)
         self._last: float | None = None
+        self.longest = 0.0  # [s] the longest period, ever
         self.missed = 0  # periods longer than twice the one wanted, ever
         self.sent = 0
 
@@ -26,6 +27,7 @@ class PeriodStatistics:
             gap = now - self._last
             self._deviations.append(abs(gap - self.period))
             self.missed += gap > 2.0 * self.period
+            self.longest = max(self.longest, gap)
         self._last = now
         self.sent += 1
 
@@ -40,21 +42,28 @@ class PeriodStatistics:
 
 
 class Beat:
-    """Wakes at start, start + period, ...; skips beats it has missed altogether."""
+    """Falls due at start, start + period, ...; skips beats it has missed altogether."""
 
     def __init__(self, period: float) -> None:
         """Begin now; `period` in [s]."""
         self._period = period
-        self._due = time.monotonic()
+        self._due = time.monotonic() + period
 
-    def wait(self) -> None:
-        """Sleep until the next beat."""
-        self._due += self._period
-        left = self._due - time.monotonic()
-        if left > 0.0:
-            time.sleep(left)  # clock_nanosleep on the monotonic clock
-        elif left < -self._period:
-            self._due = time.monotonic()
+    def left(self) -> float:
+        """Time until the next beat [s]; 0 when it is due."""
+        return max(self._due - time.monotonic(), 0.0)
+
+    def passed(self) -> bool:
+        """Whether a beat is due; it is then over, and the next one comes a period later."""
+        late = time.monotonic() - self._due
+        if late < 0.0:
+            return False
+        self._due = time.monotonic() + self._period if late > self._period else self._due + self._period
+        return True
+
+    def bring_forward(self, due: float) -> None:
+        """Let the next beat fall due at `due` [s] already, and the others follow from there."""
+        self._due = min(self._due, max(due, time.monotonic()))
 
 
 def prefer_process() -> None:

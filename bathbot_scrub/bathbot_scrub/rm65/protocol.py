@@ -6,7 +6,7 @@ software sends bare line feeds inside a frame.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,10 @@ MAX_FRAME = 65536  # [bytes]; the largest honest frame is below 2000
 END = b"\r\n"
 _LARGEST = 2**31  # no honest number on the wire is larger
 _JOINT_UNIT = np.pi / 180.0 / 1000.0
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not JSON")
 
 
 class FrameBuffer:
@@ -56,8 +60,8 @@ class FrameBuffer:
             raise ProtocolError(f"no end of frame within {size} bytes; is the other side an RM65 controller?")
 
 
-def decode(raw: bytes, limit: int = MAX_FRAME) -> Frame:
-    """Read one frame without its CRLF.
+def decode(raw: bytes, limit: int = MAX_FRAME, constant: Callable[[str], float] = _refuse_constant) -> Frame:
+    """Read one frame without its CRLF; `constant` reads NaN and Infinity, which are not JSON.
 
     Raises:
         ProtocolError: When it is too long, not UTF-8, not JSON, or not an object.
@@ -65,7 +69,7 @@ def decode(raw: bytes, limit: int = MAX_FRAME) -> Frame:
     if len(raw) > limit:
         raise ProtocolError(f"frame of {len(raw)} bytes is longer than {limit}")
     try:
-        frame = json.loads(raw.decode("utf-8"), parse_constant=_refuse_constant)
+        frame = json.loads(raw.decode("utf-8"), parse_constant=constant)
     except (UnicodeDecodeError, ValueError, RecursionError) as error:
         raise ProtocolError(f"frame {raw[:60]!r} is not JSON: {type(error).__name__}") from error
     if not isinstance(frame, dict):
@@ -176,7 +180,3 @@ def rotation_from_euler(angles: ArrayLike) -> Array:
 
 def _rounded(values: ArrayLike, scale: float) -> list[int]:
     return [round(float(value) * scale) for value in np.ravel(values)]
-
-
-def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is not JSON")

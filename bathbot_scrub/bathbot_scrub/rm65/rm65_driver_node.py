@@ -23,7 +23,7 @@ from bathbot_scrub.rm65.approach import Touch
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
-from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import (
     body_from_cloud,
     error_code,
@@ -33,7 +33,7 @@ from bathbot_scrub.rm65.messages import (
 )
 from bathbot_scrub.rm65.period import prefer_process
 from bathbot_scrub.rm65.snapshot import Snapshot
-from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values
+from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values, warning
 from bathbot_scrub.rm65.urdf import urdf
 
 
@@ -65,14 +65,17 @@ class Rm65Driver(StageNode):
         calls = {
             "stop": driver.stop,
             "pause": driver.pause,
-            "resume": driver.resume,
             "retract": driver.retract,
             "home": driver.home,
         }
         self._parts = [
             self.create_service(Trigger, f"arm/{name}", self._answer(call)) for name, call in calls.items()
         ]
-        self._parts.append(self.create_service(Trigger, "arm/zero_force", self._zero_force))
+        slow = {"resume": driver.resume, "zero_force": lambda: f"{driver.zero_force():.2f} N remain"}
+        self._parts += [
+            self.create_service(Trigger, f"arm/{name}", self._answer_beside(call))
+            for name, call in slow.items()
+        ]
         self._segments = self.create_subscription(
             ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50)
         )
@@ -119,15 +122,19 @@ class Rm65Driver(StageNode):
 
         return serve
 
-    async def _zero_force(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Zero the sensor beside the executor, for a stop must be heard meanwhile."""
-        future = Future(executor=self.executor)
-        work = lambda: future.set_result(self._outcome(self._driver.zero_force))  # noqa: E731
-        threading.Thread(target=work, daemon=True).start()
-        outcome = await future
-        response.success = not isinstance(outcome, ArmError)
-        response.message = f"{outcome:.2f} N remain" if response.success else str(outcome)
-        return response
+    def _answer_beside(self, call: Callable[[], str | None]) -> Callable[..., Any]:
+        """Serve in a thread of its own what asks the controller, for a stop must be heard meanwhile."""
+
+        async def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            future = Future(executor=self.executor)
+            work = lambda: future.set_result(self._outcome(call))  # noqa: E731
+            threading.Thread(target=work, daemon=True).start()
+            outcome = await future
+            response.success = not isinstance(outcome, ArmError)
+            response.message = str(outcome or "")
+            return response
+
+        return serve
 
     def _follow(self, message: ScrubSegment) -> None:
         outcome = self._outcome(lambda: self._driver.follow(segment_from_message(message)))
@@ -190,8 +197,9 @@ class Rm65Driver(StageNode):
             self._told_priority = True
             self.get_logger().info(f"control loop runs at {priority}")
         healthy = snapshot.connected and snapshot.state is not State.FAULT
-        level = (WARN if self._refused else OK) if healthy else ERROR
-        message = self._refused or snapshot.reason or snapshot.state.name
+        doubt = self._refused or warning(self._driver, snapshot)
+        level = (WARN if doubt else OK) if healthy else ERROR
+        message = self._refused or snapshot.reason or doubt or snapshot.state.name
         self.report(level, message, **diagnostic_values(self._driver, snapshot))
 
 

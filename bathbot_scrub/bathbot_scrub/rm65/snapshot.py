@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.guard_states import State
 
 
 class Snapshot(NamedTuple):

@@ -13,18 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.arm_model import ArmModel
-from bathbot_scrub.rm65.arm_shapes import arm_capsules
-from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.body_clearance import BodyClearance
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.swept_arm import SweptArm, swept
-from bathbot_scrub.rm65.urdf import HEAD_NAME
+from bathbot_scrub.rm65.swept_arm import SweptArm
 from bathbot_scrub.rm65.walls import walls_from
 
 Array = NDArray[np.float64]
-PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
-_STANDING = ("base_link", "Link1")  # turn about their own axis at most
 _OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
 _CLOSER = 0.002  # [m] that counts as no nearer
 
@@ -53,17 +49,13 @@ class Surroundings:
             clock: Gives the time now [s].
         """
         self.margin, self.scrub_margin = settings.body_margin, settings.scrub_margin
-        self._kinematics, self._max_age, self._clock = kinematics, settings.body_max_age, clock
+        self._max_age, self._clock = settings.body_max_age, clock
         walls = walls_from(settings.walls)
         self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
         folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
         self._own = min(-_OVERLAP, folded - _CLOSER)
-        self._capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
-        self._radii = np.array([c.radius for c in self._capsules])
-        self._touches = np.array([c.link == HEAD_NAME for c in self._capsules])
+        self._clearance = BodyClearance(kinematics)
         self._body: Body | None = None
-        standing = swept(kinematics, self._capsules, np.zeros((2, 6)))
-        self._to_body(standing, np.ones((1, 3)), np.zeros((1, 3)), 0.0)  # compiles, before anything moves
 
     def see(self, points: ArrayLike, stamp: float) -> None:
         """Take in what the camera sees: points, shape (M, 3), base frame [m], of a picture at `stamp` [s]."""
@@ -102,11 +94,11 @@ class Surroundings:
         Raises:
             CollisionError: With the link, what it would meet, where, and how near.
         """
-        path = swept(self._kinematics, self._capsules, np.asarray(joints, dtype=float))
-        self._check_itself(path)
+        path = self._clearance.swept(np.asarray(joints, dtype=float))
         body = self._body
         if body is not None and self._clock() - body.stamp <= self._max_age:
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
+        self._check_itself(path)
 
     def _check_itself(self, path: SweptArm) -> None:
         with self._model_lock:
@@ -118,23 +110,11 @@ class Surroundings:
             raise CollisionError(first, second, distance, 0.0)
 
     def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
-        clearances, capsules, nearest = self._to_body(path, points, patch, margin)
-        worst = int(np.argmin(clearances - path.stray))
-        allowed = min(margin, clearances[0] - _CLOSER)
-        if clearances[worst] - path.stray[worst] < allowed:
+        interest = margin + _CLOSER + 2.0 * float(path.stray.max())
+        clearances, links, nearest = self._clearance.nearest(path.ends, points, patch, interest)
+        short = (clearances - path.stray < margin) & (clearances < clearances[0] - _CLOSER)
+        if short.any():
+            worst = int(np.argmin(np.where(short, clearances, np.inf)))
             place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
-            link = self._capsules[capsules[worst]].link
+            link = self._clearance.capsules[links[worst]].link
             raise CollisionError(link, place, float(clearances[worst]), margin)
-
-    def _to_body(
-        self, path: SweptArm, points: Array, patch: Array, margin: float
-    ) -> tuple[Array, Array, Array]:
-        """Clearance at each sample [m], its capsule and its point; not told apart beyond what matters."""
-        interest = margin + 2.0 * float(path.stray.max())
-        reach = self._radii.max() + interest
-        low, high = path.ends.min(axis=(0, 1, 2)) - reach, path.ends.max(axis=(0, 1, 2)) + reach
-        some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
-        found = (np.empty(len(path.ends)), *np.empty((2, len(path.ends)), int))
-        spared = within(points[some], patch, PATCH_RADIUS)
-        fill_clearances(path.ends, self._radii, self._touches, points[some], spared, interest, *found)
-        return found[0], found[1], some[found[2]] if len(some) else found[2]

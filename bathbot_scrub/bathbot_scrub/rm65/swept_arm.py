@@ -30,12 +30,7 @@ def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Arra
         capsules: In the frames of the links.
         joints: Closely spaced, shape (M, 6) [rad]; first and last are kept.
     """
-    frames = kinematics.link_frames(joints)
-    frames = np.concatenate([frames, frames[:, -1:] @ T_FLANGE_HEAD], axis=1)
-    places = [LINK_NAMES.index(c.link) if c.link in LINK_NAMES else len(LINK_NAMES) for c in capsules]
-    local = np.array([(c.start, c.end) for c in capsules])
-    frames = frames[:, places]
-    ends = np.einsum("ncij,cej->ncei", frames[..., :3, :3], local) + frames[:, :, None, :3, 3]
+    ends = capsule_ends(kinematics, capsules, joints)
     steps = np.linalg.norm(np.diff(ends, axis=0), axis=-1).max(axis=(1, 2))
     way = np.concatenate([[0.0], np.cumsum(steps)])
     kept = np.unique(
@@ -43,4 +38,15 @@ def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Arra
     )
     gaps = np.diff(way[kept])
     stray = 0.5 * np.maximum(np.append(gaps, 0.0), np.insert(gaps, 0, 0.0))
-    return SweptArm(joints[kept], np.ascontiguousarray(ends[kept]), stray)
+    return SweptArm(joints[kept], ends[kept], stray)
+
+
+def capsule_ends(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:
+    """Ends of the capsules' axes, shape (N, C, 2, 3), base frame [m], for joints (N, 6) [rad]."""
+    frames = kinematics.link_frames(joints)
+    frames = np.concatenate([frames, frames[:, -1:] @ T_FLANGE_HEAD], axis=1)
+    places = [LINK_NAMES.index(c.link) if c.link in LINK_NAMES else len(LINK_NAMES) for c in capsules]
+    local = np.array([(c.start, c.end) for c in capsules])
+    frames = frames[:, places]
+    ends = np.einsum("ncij,cej->ncei", frames[..., :3, :3], local) + frames[:, :, None, :3, 3]
+    return np.ascontiguousarray(ends)

@@ -2,8 +2,10 @@
 
 from typing import Any, NamedTuple, Protocol
 
+from bathbot_scrub.rm65.alarm import Reaction
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.force_guard import State
+from bathbot_scrub.rm65.force_excess import comfort
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import (
     arm_state_message,
     joint_state_message,
@@ -13,6 +15,7 @@ from bathbot_scrub.rm65.messages import (
     wrench_message,
 )
 from bathbot_scrub.rm65.snapshot import Snapshot
+from bathbot_scrub.rm65.watchdogs import UNSTEADY, WATCHDOGS, gravest
 
 _TREE_RATE, _STATE_RATE = 50.0, 20.0  # [Hz]
 
@@ -69,18 +72,38 @@ class Telemetry:
 
 
 def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
-    """What a person who looks for a fault wants to know."""
-    statistics, receiver = driver.loop.statistics, driver.link.receiver
+    """What a person who looks for a fault wants to know; one key for each watchdog."""
+    loop, receiver = driver.loop, driver.link.receiver
+    said = {alarm.name: alarm.message for alarm in loop.alarms}
     return {
         "state": snapshot.state.name,
         "connected": snapshot.connected,
         "force": f"{snapshot.force:.2f}",
+        "comfort": comfort_word(driver, snapshot) or "ok",
         "body": driver.surroundings.status(),
         "samples": receiver.accepted,
         "samples_refused": receiver.rejected,
         "protocol_errors": driver.link.client.protocol_errors,
-        "commands": statistics.sent,
-        "periods_missed": statistics.missed,
+        "commands": loop.statistics.sent,
+        "periods_missed": loop.statistics.missed,
         "period_deviation_p99_ms": f"{snapshot.period_deviation_p99 * 1e3:.3f}",
-        "priority": driver.loop.priority,
+        "period_ms_max": f"{loop.statistics.longest * 1e3:.1f}",
+        "reactions": loop.reactions.count,
+        "reaction_ms_p99": f"{loop.reactions.p99() * 1e3:.1f}",
+        "reaction_ms_max": f"{loop.reactions.longest * 1e3:.1f}",
+        "priority": loop.priority,
+        **{name: said.get(name, "ok") for name in (*(dog.name for dog in WATCHDOGS), UNSTEADY)},
     }
+
+
+def comfort_word(driver: ArmDriver, snapshot: Snapshot) -> str:
+    """What the comfort band says of the force while the head scrubs; empty when nothing."""
+    guard = driver.loop.guard
+    scrubbing = snapshot.state is State.CONTACT and guard.moving
+    return comfort(snapshot.force, guard.region).word if scrubbing else ""
+
+
+def warning(driver: ArmDriver, snapshot: Snapshot) -> str:
+    """The gravest thing that does not stop the arm but that a person should know; empty when nothing."""
+    alarm = gravest(driver.loop.alarms)
+    return alarm.message if alarm.reaction is not Reaction.NONE else comfort_word(driver, snapshot)

@@ -91,7 +91,7 @@ def solve_path(
     if lost.any():
         index = int(np.argmax(lost))
         _continuous(chosen[:index], start, limits)  # a joint may meet its limit before that
-        why = why_unreachable(kinematics, poses[index], limits) or "only another branch reaches it"
+        why = why_unreachable(kinematics, poses[index], limits, branch)
         raise UnreachableError(f"pose {index} of {len(lost)} of the path is out of reach: {why}", index)
     return _continuous(chosen, start, limits)
 

@@ -18,10 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.arm_shapes import arm_capsules
 from bathbot_scrub.rm65.errors import ArmSettingsError
-from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, JOINT_NAMES, LINK_NAMES, Kinematics
+from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS
 
-HEAD_NAME = "scrub_head"
 _MASSES = (1.51, 1.653, 0.726, 0.671, 0.647)  # [kg] Link1..Link5, data sheet
 _FLANGE_MASSES = {"B": 0.107, "6F": 0.248, "6FB": 0.189}  # [kg] Link6, data sheet
 _HEAD_MASS = 0.35  # [kg] ours: brush and motor

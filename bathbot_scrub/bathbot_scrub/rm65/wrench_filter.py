@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
 
 Array = NDArray[np.float64]
-_WINDOW = 5  # samples, 25 ms at 200 Hz: the slope's noise is then 3 N/s
-_LEAST_SPREAD = 1e-4  # [s^2] of their stamps; late samples that arrive together tell no slope
+_WINDOW = 4  # samples, 15 ms at 200 Hz: the slope's noise is then 4.5 N/s for 0.05 N of the sensor's
+_CYCLE = 0.005  # [s] of the push
+_CLOSEST = 0.8  # of a cycle: samples that arrive closer together were late, not taken closer together
 _LONGEST_STEP = 0.05  # [s]; after a longer gap the filter starts anew
 
 
@@ -19,14 +20,19 @@ class HeadWrench(NamedTuple):
 
     stamp: float  # [s] time.monotonic()
     raw: Array  # (6,)
-    filtered: Array  # (6,) first-order low-pass
-    sudden: float  # [N] resultant that two samples in a row have at least: fast, yet no single glitch
+    filtered: Array  # (6,) median of three, then first-order low-pass
+    sudden: Array  # (6,) what two samples in a row have at least: fast, yet no single glitch
     rise: float  # [N/s] slope of the resultant over the last samples
 
     @property
     def force(self) -> float:
         """Filtered resultant [N]."""
-        return float(np.linalg.norm(self.filtered[:3]))
+        return resultant(self.filtered)
+
+
+def resultant(wrench: Array) -> float:
+    """Length of the force [N] of a wrench, shape (6,)."""
+    return float(np.sqrt(wrench[:3] @ wrench[:3]))
 
 
 def at_tip(wrench: ArrayLike) -> Array:
@@ -38,42 +44,58 @@ def at_tip(wrench: ArrayLike) -> Array:
     return moved
 
 
+def common(one: Array, other: Array) -> Array:
+    """What two wrenches have in common, component by component: the lesser of the same sign, else 0."""
+    return np.maximum(np.minimum(one, other), 0.0) + np.minimum(np.maximum(one, other), 0.0)
+
+
+def median(a: Array, b: Array, c: Array) -> Array:
+    """Median of three arrays, element by element."""
+    return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
+
+
 class WrenchFilter:
-    """First-order low-pass that takes samples as they come."""
+    """Takes samples as they come; a single glitch of any size changes neither `filtered` nor `sudden`."""
 
     def __init__(self, cutoff: float) -> None:
         """Cut above `cutoff` [Hz]."""
         self._time_constant = 1.0 / (2.0 * np.pi * cutoff)
         self._recent: deque[tuple[float, float]] = deque(maxlen=_WINDOW)
+        self._raws: deque[Array] = deque(maxlen=3)
         self._last: HeadWrench | None = None
 
     def update(self, stamp: float, wrench: ArrayLike) -> HeadWrench:
-        """Take a wrench about the flange, shape (6,), that arrived at `stamp` [s]."""
+        """Take a wrench about the flange, shape (6,), that arrived at `stamp` [s].
+
+        A wrench that is not finite is given as it is, and the filter begins anew behind it.
+        """
         raw, last = at_tip(wrench), self._last
-        resultant = float(np.linalg.norm(raw[:3]))
+        if not np.isfinite(raw).all():
+            self.reset()
+            return HeadWrench(stamp, raw, raw, raw, 0.0)
         if last is None or not 0.0 <= stamp - last.stamp < _LONGEST_STEP:
-            self._recent.clear()
-            filtered, before = raw, resultant
+            self.reset()
+            self._raws.extend((raw, raw, raw))
+            filtered = raw
         else:
+            self._raws.append(raw)
             gain = (stamp - last.stamp) / (stamp - last.stamp + self._time_constant)
-            filtered, before = (
-                last.filtered + gain * (raw - last.filtered),
-                float(np.linalg.norm(last.raw[:3])),
-            )
-        self._recent.append((stamp, resultant))
-        self._last = HeadWrench(stamp, raw, filtered, min(resultant, before), self._slope())
+            filtered = last.filtered + gain * (median(*self._raws) - last.filtered)
+        taken = max(stamp, self._recent[-1][0] + _CLOSEST * _CYCLE) if self._recent else stamp
+        self._recent.append((taken, resultant(raw)))
+        self._last = HeadWrench(stamp, raw, filtered, common(raw, self._raws[-2]), self._slope())
         return self._last
 
     def _slope(self) -> float:
         """Least-squares slope of the resultant over the window [N/s]; 0 until it is full."""
         if len(self._recent) < _WINDOW:
             return 0.0
-        times, values = np.array(self._recent).T
-        times = times - times.mean()
-        spread = float(times @ times)
-        return float(times @ values) / spread if spread > _LEAST_SPREAD else 0.0
+        middle = sum(time for time, _ in self._recent) / _WINDOW
+        spread = sum((time - middle) ** 2 for time, _ in self._recent)
+        return sum((time - middle) * force for time, force in self._recent) / spread
 
     def reset(self) -> None:
         """Forget the past, as after zeroing."""
         self._recent.clear()
+        self._raws.clear()
         self._last = None

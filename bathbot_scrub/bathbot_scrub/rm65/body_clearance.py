@@ -1,0 +1,63 @@
+"""How near the links come to what the camera sees, outside the patch that is washed."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.arm_shapes import arm_capsules
+from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.kinematics import HEAD_NAME, Kinematics
+from bathbot_scrub.rm65.swept_arm import SweptArm, capsule_ends, swept
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
+_STANDING = ("base_link", "Link1")  # turn about their own axis at most
+
+
+class Nearest(NamedTuple):
+    """At each of N samples: the distance of arm and body, and between what."""
+
+    clearances: Array  # (N,) [m] of surfaces, negative inside; not told apart beyond what was asked for
+    links: NDArray[np.int64]  # (N,) index of the capsule; -1: none so near
+    points: NDArray[np.int64]  # (N,) index of the point
+
+
+class BodyClearance:
+    """The links that move, of one arm."""
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        """Take the capsules of the arm; compiles, or loads, what it needs."""
+        self._kinematics = kinematics
+        self.capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
+        self._radii = np.array([capsule.radius for capsule in self.capsules])
+        self._touches = np.array([capsule.link == HEAD_NAME for capsule in self.capsules])
+        self.free(np.zeros((1, 6)), np.ones((1, 3)), 0.0)
+
+    def swept(self, joints: Array) -> SweptArm:
+        """A closely spaced joint path, shape (N, 6) [rad], thinned out."""
+        return swept(self._kinematics, self.capsules, joints)
+
+    def free(self, joints: Array, points: Array, margin: float) -> Mask:
+        """Which postures, shape (N, 6) [rad], keep a margin [m] to points, (M, 3); heads may touch at any."""
+        ends = capsule_ends(self._kinematics, self.capsules, joints)
+        patch = self._kinematics.head(joints)[:, :3, 3]
+        return self.nearest(ends, points, patch, margin).clearances >= margin
+
+    def nearest(self, ends: Array, points: Array, patch: Array, interest: float) -> Nearest:
+        """What of the arm is nearest to the body, at each sample.
+
+        Args:
+            ends: Of the capsules' axes, shape (N, C, 2, 3), base frame [m].
+            points: On the body, shape (M, 3) [m].
+            patch: Places, shape (K, 3) [m], about which the scrub head may touch the body.
+            interest: Distances beyond are not told apart [m].
+        """
+        reach = self._radii.max() + interest
+        low, high = ends.min(axis=(0, 1, 2)) - reach, ends.max(axis=(0, 1, 2)) + reach
+        some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        found = (np.empty(len(ends)), *np.empty((2, len(ends)), int))
+        spared = within(points[some], patch, PATCH_RADIUS)
+        fill_clearances(ends, self._radii, self._touches, points[some], spared, interest, *found)
+        return Nearest(found[0], found[1], some[found[2]] if len(some) else found[2])

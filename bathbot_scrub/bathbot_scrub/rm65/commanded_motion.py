@@ -1,0 +1,138 @@
+"""The motion that is being streamed: a path with its pace, and what is left of the one before it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.rm65.joint_path import JointPath
+from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.motion_kind import Kind
+from bathbot_scrub.rm65.path_runner import Pace, PathRunner
+from bathbot_scrub.rm65.way_out import WayOut
+
+Array = NDArray[np.float64]
+_WAY_BACK = 0.8  # [rad] back on a joint move that met something
+_BACK_JOINTS = Pace(1.0, 4.0, 800.0)
+_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3]
+_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)  # braking of joint moves [rad/s^2], [rad/s^3]
+_STATE_OF = {  # in which a motion of a kind may go on after a stop
+    Kind.TRANSIT: State.APPROACH,
+    Kind.SEEK: State.APPROACH,
+    Kind.HOME: State.APPROACH,
+    Kind.SCRUB: State.CONTACT,
+    Kind.LEAVE: State.RETRACTING,
+}
+
+
+class CommandedMotion:
+    """Gives the joints to command, period by period. Not thread-safe."""
+
+    def __init__(self, way_out: WayOut, leaving: Pace, period: float) -> None:
+        """Nothing is commanded yet.
+
+        Args:
+            way_out: Gives the way off the skin.
+            leaving: Pace on it.
+            period: Of the commands [s].
+        """
+        self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
+        self.runner: PathRunner | None = None
+        self.kind = Kind.TRANSIT
+        self._way_out, self._leaving, self._period = way_out, leaving, period
+        self._pace = _STOP_LINE
+        self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing that is commanded moves."""
+        return (self.runner is None or self.runner.at_rest) and (
+            self._trail is None or self._trail[0].at_rest
+        )
+
+    def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+        """Start from rest.
+
+        Raises:
+            NotReadyError: When the path begins elsewhere.
+        """
+        start = path.joints[0]
+        if self.command is not None and np.abs(start - self.command).max() > 0.02:
+            raise NotReadyError("the motion was planned from elsewhere; ask again")
+        self.runner, self.kind, self._trail = PathRunner(path, pace, self._period), kind, None
+        self._pace = pace
+        self.command = start if self.command is None else self.command
+
+    def extend(self, path: JointPath) -> None:
+        """Run on along a longer scrub path.
+
+        Raises:
+            NotReadyError: When no path is being followed.
+        """
+        if self.runner is None or self.kind is not Kind.SCRUB:
+            raise NotReadyError("the arm follows no path any more")
+        self.runner.replace(path)
+
+    def brake(self) -> None:
+        """Come to rest on the path."""
+        if self.runner is not None:
+            joints = self.kind in (Kind.TRANSIT, Kind.HOME)
+            self.runner.brake(_STOP_JOINTS if joints else _STOP_LINE)
+
+    def go_on(self, state: State) -> bool:
+        """Go on after a brake, if the motion suits the state of the arm; tell whether it does."""
+        if self.runner is None or _STATE_OF[self.kind] is not state:
+            return False
+        self.runner.go_on(self._pace)
+        return True
+
+    def slow(self, share: float) -> None:
+        """Let a scrub motion use a share of its speed, 0..1."""
+        if self.runner is not None and self.kind is Kind.SCRUB:
+            self.runner.share = share
+
+    def leave(self, start: Array) -> None:
+        """Leave along the outward normal at once while other motion brakes; in free air, the way it came.
+
+        Args:
+            start: Joints [rad], shape (6,), last commanded or measured.
+
+        Raises:
+            UnreachableError: When there is no way straight back.
+        """
+        self._trail = None
+        self.command = start
+        if self.runner is not None and not self.runner.at_rest:
+            self.brake()
+            self._trail = (self.runner, self.runner.path.at(self.runner.length))
+        if self._trail is not None and self.kind in (Kind.TRANSIT, Kind.HOME):
+            path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
+        else:
+            path, pace = self._way_out.path(start), self._leaving
+        self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), Kind.LEAVE, pace
+
+    def stand(self) -> None:
+        """Give the motion up; what was commanded last stays commanded."""
+        self.runner, self._trail = None, None
+
+    def forget(self) -> None:
+        """Command nothing any more."""
+        self.stand()
+        self.command = None
+
+    def step(self) -> Array:
+        """Joints [rad], shape (6,), to command one period later; something must be commanded.
+
+        Raises:
+            ArmError: When they would pass a limit.
+        """
+        if self.runner is None:
+            return self.command
+        joints = self.runner.step()
+        if self._trail is not None:
+            trail, origin = self._trail
+            joints = joints + trail.step() - origin
+        RM65_LIMITS.check(joints)
+        RM65_LIMITS.check_step(self.command, joints, self._period)
+        self.command = joints
+        return joints

@@ -1,0 +1,74 @@
+"""The way off the skin, planned before it is needed.
+
+A straight line along the outward normal takes a few milliseconds to plan; it is planned in the pauses of
+the control loop, while the head touches. A head that has moved on meanwhile by a few millimetres takes the
+line that is ready, shifted to where it is.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.rm65.joint_path import JointPath
+from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.motion import Planner
+from bathbot_scrub.rm65.path_runner import Pace
+
+Array = NDArray[np.float64]
+_SHORTEST = 0.02  # [m]
+_AGAIN, _FARTHEST = 0.01, 0.05  # [rad] from where a line was planned: plan anew; do not use it
+_DECELERATION = 1.0  # [m/s^2] at the end of the way, where haste is over
+
+
+class Retract(NamedTuple):
+    """How the arm leaves the skin."""
+
+    distance: float  # [m]
+    speed: float  # [m/s]
+    # the command reaches its speed within one period: the joints, not the command, limit what follows
+    acceleration: float = 25.0  # [m/s^2]
+    jerk: float = 1e4  # [m/s^3]
+
+    @property
+    def pace(self) -> Pace:
+        """As the pace of a motion."""
+        return Pace(self.speed, self.acceleration, self.jerk)
+
+
+class WayOut:
+    """Keeps one line ready."""
+
+    def __init__(self, planner: Planner, retract: Retract) -> None:
+        """Plan with `planner`, as `retract` says."""
+        self._planner, self._retract = planner, retract
+        self._ready: JointPath | None = None
+
+    def prepare(self, joints: Array) -> None:
+        """Plan the way from joints [rad], shape (6,), unless one from nearby is ready."""
+        if self._ready is None or np.abs(joints - self._ready.joints[0]).max() > _AGAIN:
+            try:
+                self._ready = self._plan(joints)
+            except UnreachableError:
+                self._ready = None  # said when it is asked for
+
+    def path(self, joints: Array) -> JointPath:
+        """The way from joints [rad], shape (6,).
+
+        Raises:
+            UnreachableError: When there is no way straight back.
+        """
+        ready = self._ready
+        if ready is not None:
+            shift = joints - ready.joints[0]
+            moved = replace(ready, joints=ready.joints + shift)
+            if np.abs(shift).max() <= _FARTHEST and RM65_LIMITS.contain(moved.joints).all():
+                return moved
+        return self._plan(joints)
+
+    def _plan(self, joints: Array) -> JointPath:
+        line = self._planner.line(joints, -self._retract.distance, self._retract.speed, _SHORTEST)
+        slowing = np.sqrt(2.0 * _DECELERATION * (line.end - line.lengths))
+        return replace(line, speed_limit=np.minimum(line.speed_limit, slowing))

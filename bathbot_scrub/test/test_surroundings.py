@@ -1,0 +1,222 @@
+"""Paths against the arm itself, walls and a body: what is met is found, what is not met is let through."""
+
+import numpy as np
+import pytest
+from arm_poses import ARM, HOME, JOINT_PACE, TARGET, TOUCH, facing, straight
+from bathbot_localize.arm_shape import BRUSH_RADIUS
+from bathbot_scrub.rm65.arm_shapes import arm_capsules
+from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
+from bathbot_scrub.rm65.joint_path import joint_move
+from bathbot_scrub.rm65.kinematics import retreated
+from bathbot_scrub.rm65.motion import Planner
+from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
+from bathbot_scrub.rm65.surroundings import Surroundings
+from bathbot_scrub.rm65.swept_arm import swept
+from bathbot_scrub.rm65.tool_path import densify, solve_path
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+SETTINGS = DriverSettings()
+SKIN = 0.4 * np.indices((41, 41)).reshape(2, -1).T / 40 - 0.2  # points 1 cm apart on a square [m]
+
+
+class Clock:
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+def cell(points=None, clock=None, **changes):
+    """Surroundings with a body just seen, and a planner among them."""
+    clock = clock or Clock()
+    around = Surroundings(ARM, DriverSettings(**changes), clock)
+    if points is not None:
+        around.see(points, clock.now)
+    return around, Planner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around)
+
+
+def wall_of_skin(target, beyond=0.0):
+    """Points of a flat body behind a target, across its z axis."""
+    return target[:3, 3] + SKIN @ target[:3, :2].T + beyond * target[:3, 2]
+
+
+def test_clearances_are_those_of_plain_geometry():
+    rng = np.random.default_rng(1)
+    ends, radii = rng.uniform(-1, 1, (12, 5, 2, 3)), rng.uniform(0.0, 0.1, 5)
+    ends[0, 0, 1] = ends[0, 0, 0]  # a sphere
+    points, spared, touches = rng.uniform(-1, 1, (400, 3)), rng.random(400) < 0.3, np.arange(5) > 2
+    found = (np.empty(12), *np.empty((2, 12), int))
+    fill_clearances(ends, radii, touches, points, spared, np.inf, *found)
+    start, along = ends[:, :, None, 0], (ends[:, :, 1] - ends[:, :, 0])[:, :, None]
+    with np.errstate(invalid="ignore"):
+        share = np.nan_to_num(((points - start) * along).sum(-1) / (along**2).sum(-1)).clip(0.0, 1.0)
+    apart = np.linalg.norm(points - start - share[..., None] * along, axis=-1) - radii[:, None]
+    apart[:, touches[:, None] & spared[None]] = np.inf
+    assert_allclose(found[0], apart.min(axis=(1, 2)), atol=1e-12)
+    assert (found[1] == apart.min(axis=2).argmin(axis=1)).all()
+    assert_allclose(apart[np.arange(12), found[1], found[2]], found[0], atol=1e-12)
+
+
+def test_points_within_reach_of_a_place():
+    points = np.array([[0.0, 0.0, 0.059], [0.0, 0.0, 0.061], [1.0, 0.0, 0.0]])
+    assert within(points, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.05]]), 0.06).tolist() == [True, False, True]
+    assert not within(points, np.empty((0, 3)), 0.06).any()
+
+
+postures = st.lists(st.floats(-1.8, 1.8), min_size=6, max_size=6).map(np.array)
+
+
+@given(
+    begin=postures, end=postures, share=st.floats(0.0, 1.0), part=st.integers(0, 6), at=st.floats(0.0, 1.0)
+)
+@settings(max_examples=60, deadline=None)
+def test_nothing_on_the_way_is_stepped_over(begin, end, share, part, at):
+    """One point on the axis of a link, at any moment of a path, is always met."""
+    if np.abs(end - begin).max() < 1e-3:
+        return
+    capsules = [c for c in arm_capsules("6F") if c.link not in ("base_link", "Link1")]
+    joints = joint_move(begin, end)[1]
+    path = swept(ARM, tuple(capsules), joints)
+    assert_allclose(path.joints[[0, -1]], joints[[0, -1]])
+    moment = swept(ARM, tuple(capsules), np.repeat((begin + share * (end - begin))[None], 2, 0))
+    place = moment.ends[0, part, 0] + at * (moment.ends[0, part, 1] - moment.ends[0, part, 0])
+    found = (np.empty(len(path.ends)), *np.empty((2, len(path.ends)), int))
+    radii = np.array([c.radius for c in capsules])
+    fill_clearances(path.ends, radii, np.zeros(7, bool), place[None], np.zeros(1, bool), 1.0, *found)
+    assert (found[0] - path.stray).min() < -radii[part] + 1e-3
+    assert path.stray.max() < 0.02
+
+
+def test_an_approach_in_free_air_is_as_without_surroundings():
+    around, planner = cell(wall_of_skin(TARGET))
+    way, line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    assert_allclose(ARM.head(way.joints[-1]), retreated(TARGET, 0.06), atol=1e-9)
+    assert_allclose(ARM.head(line.joints[-1]), retreated(TARGET, -0.012), atol=1e-9)
+    assert_allclose(planner.to_home(way.joints[-1], way).joints[-1], HOME, atol=1e-9)
+    assert around.status() == "1681 points, 0.0 s old"
+
+
+def test_what_is_in_the_way_is_named_with_place_and_distance():
+    around, planner = cell()
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    early, late = ARM.link_frames(line.joints[[0, -1]])[:, 3, :3, 3]  # of the elbow
+    ahead = (late - early) / np.linalg.norm(late - early)
+    around.see([late + 0.056 * ahead, late + 0.5 * ahead], Clock.now)
+    with pytest.raises(
+        CollisionError, match=r"Link\d would .* the body at \(.*, the least allowed is 15 mm"
+    ) as caught:
+        around.check(line.joints, TARGET[:3, 3], 0.015)
+    assert caught.value.link in ("Link2", "Link3")
+    assert caught.value.distance < 0.015 == caught.value.allowed
+
+
+def test_another_posture_is_taken_where_the_first_would_meet_something():
+    target = facing((0.40, 0.20, 0.35))
+    around, planner = cell()
+    first = planner.to_pose(HOME, retreated(target, 0.06))
+    elbow = ARM.link_frames(first.joints[-1])[3, :3, 3]
+    around.see(elbow[None], Clock.now)
+    other = planner.to_pose(HOME, retreated(target, 0.06))
+    assert_allclose(ARM.head(other.joints[-1]), retreated(target, 0.06), atol=1e-9)
+    assert np.abs(other.joints[-1] - first.joints[-1]).max() > 0.5
+    assert np.linalg.norm(ARM.link_frames(other.joints)[:, 3, :3, 3] - elbow, axis=-1).min() > 0.05
+
+
+def test_a_body_all_round_is_a_refusal_before_any_motion():
+    rng = np.random.default_rng(0)
+    shell = rng.normal(size=(4000, 3))
+    shell = (0.0, 0.0, 0.2405) + 0.40 * shell / np.linalg.norm(shell, axis=1, keepdims=True)
+    shell = shell[shell[:, 0] > 0.1]
+    _, planner = cell(shell)
+    with pytest.raises(CollisionError, match="the body at"):
+        planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+
+
+def test_only_the_head_may_touch_and_only_in_the_patch():
+    around, planner = cell()
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    around.see(wall_of_skin(TARGET), Clock.now)
+    around.check(line.joints, TARGET[:3, 3], 0.015)  # flat skin round the target
+    with pytest.raises(CollisionError, match="scrub_head"):
+        around.check(line.joints, (), 0.015)  # the same, nothing spared
+    beside = TARGET[:3, 3] - 0.09 * TARGET[:3, 2] + 0.03 * TARGET[:3, 0]  # a finger over the handle
+    around.see(beside[None], Clock.now)
+    with pytest.raises(CollisionError, match=r"scrub_head|Link6"):
+        around.check(line.joints, TARGET[:3, 3], 0.015)
+
+
+def test_who_stands_too_near_may_leave_but_not_come_nearer():
+    around, planner = cell()
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    tip = ARM.head(line.joints[0])
+    beside = tip[:3, 3] + (BRUSH_RADIUS + 0.004) * tip[:3, 0] - BRUSH_RADIUS * tip[:3, 2]
+    around.see(beside[None], Clock.now)
+    around.check(planner.line(line.joints[0], -0.05, 0.1).joints, (), 0.015)
+    beside_tool = joint_move(line.joints[0], line.joints[0] + 0.05 * np.eye(6)[0])[1]
+    away, nearer = (beside_tool, 2 * beside_tool[0] - beside_tool)
+    if ARM.head(away[-1])[:3, 3] @ tip[:3, 0] > tip[:3, 3] @ tip[:3, 0]:
+        away, nearer = nearer, away
+    around.check(away, (), 0.015)
+    with pytest.raises(CollisionError):
+        around.check(nearer, (), 0.015)
+
+
+def test_the_arm_does_not_run_into_itself_or_a_wall():
+    around, _ = cell()
+    into_itself = joint_move(np.zeros(6), np.radians([0.0, 0.0, -135.0, 0.0, -128.0, 0.0]))[1]
+    with pytest.raises(CollisionError, match=r"Link|scrub_head"):
+        around.check(into_itself, (), 0.015)
+    low = joint_move(HOME, np.radians([0.0, -120.0, 0.0, 0.0, 0.0, 0.0]))[1]
+    around.check(low[:3], (), 0.015)
+    around, _ = cell(walls=(0.0, 0.0, 1.0, -0.1))
+    with pytest.raises(CollisionError, match=r"the wall at \(0, 0, 1\)"):
+        around.check(low, (), 0.015)
+
+
+def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():
+    clock = Clock()
+    around, planner = cell(wall_of_skin(TARGET), clock)
+    way, _ = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    clock.now += SETTINGS.body_max_age + 1.0
+    with pytest.raises(NotReadyError, match=r"seen 6\.0 s ago"):
+        planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    assert "too old" in around.status()
+    assert_allclose(planner.to_home(way.joints[-1], way).joints[-1], HOME, atol=1e-9)
+
+
+def test_without_a_body_the_arm_moves_and_says_so():
+    around, planner = cell()
+    planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    assert "no body cloud" in around.status()
+
+
+def test_a_segment_beside_an_obstacle_is_refused_and_the_path_stays_as_it_was():
+    around, planner = cell()
+    poses = straight(0.08, 41)
+    joints = solve_path(ARM, densify(poses)[1], TOUCH)
+    path = ScrubPath(Segment(1, 0, False, "Trunk_skin", poses[:20], 0.05), planner, joints[0], poses[:2], 0.1)
+    end = path.path.end
+    link6 = ARM.link_frames(joints[-1])[6, :3, 3] - 0.05 * poses[-1, :3, 2]
+    around.see((link6 + 0.037 * poses[-1, :3, 1])[None], Clock.now)
+    with pytest.raises(CollisionError, match="Link6"):
+        path.extend(Segment(1, 1, True, "Trunk_skin", poses[20:], 0.05))
+    assert path.path.end == end
+    around.see(wall_of_skin(TARGET), Clock.now)
+    path.extend(Segment(1, 1, True, "Trunk_skin", poses[20:], 0.05))
+    assert path.path.end > end
+
+
+def test_retracting_asks_nobody():
+    around, planner = cell()
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    around.see(np.linspace(ARM.head(line.joints[-1])[:3, 3], (0.0, 0.0, 0.3), 100), Clock.now)
+    assert planner.line(line.joints[-1], -0.10, 0.25, 0.02).end > 0.0
+
+
+def test_out_of_reach_is_still_told_as_such():
+    with pytest.raises(UnreachableError, match="m from the shoulder"):
+        cell()[1].to_touch(HOME, facing((1.0, 0.0, 0.2)), 0.06, 0.012, 0.03)
