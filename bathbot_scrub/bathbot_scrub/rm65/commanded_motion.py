@@ -16,10 +16,13 @@ _WAY_BACK = 0.8  # [rad] back on a joint move that met something
 _BACK_JOINTS = Pace(1.0, 4.0, 800.0)
 _STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3]
 _STOP_JOINTS = Pace(0.0, 10.0, 2000.0)  # braking of joint moves [rad/s^2], [rad/s^3]
+_JOINT_MOVES = (Kind.TRANSIT, Kind.HOME, Kind.SENT, Kind.STREAM)  # through free air, lengths in [rad]
 _STATE_OF = {  # in which a motion of a kind may go on after a stop
     Kind.TRANSIT: State.APPROACH,
     Kind.SEEK: State.APPROACH,
     Kind.HOME: State.APPROACH,
+    Kind.SENT: State.APPROACH,
+    Kind.STREAM: State.APPROACH,
     Kind.SCRUB: State.CONTACT,
     Kind.LEAVE: State.RETRACTING,
 }
@@ -73,11 +76,20 @@ class CommandedMotion:
             raise NotReadyError("the arm follows no path any more")
         self.runner.replace(path)
 
+    def retarget(self, path: JointPath, cut: float) -> None:
+        """Run on after a stream; lengths on its path are now less by `cut` [rad].
+
+        Raises:
+            NotReadyError: When no stream is being followed.
+        """
+        if self.runner is None or self.kind is not Kind.STREAM:
+            raise NotReadyError("the arm follows no stream any more")
+        self.runner.rebase(path, cut)
+
     def brake(self) -> None:
         """Come to rest on the path."""
         if self.runner is not None:
-            joints = self.kind in (Kind.TRANSIT, Kind.HOME)
-            self.runner.brake(_STOP_JOINTS if joints else _STOP_LINE)
+            self.runner.brake(_STOP_JOINTS if self.kind in _JOINT_MOVES else _STOP_LINE)
 
     def go_on(self, state: State) -> bool:
         """Go on after a brake, if the motion suits the state of the arm; tell whether it does."""
@@ -105,7 +117,7 @@ class CommandedMotion:
         if self.runner is not None and not self.runner.at_rest:
             self.brake()
             self._trail = (self.runner, self.runner.path.at(self.runner.length))
-        if self._trail is not None and self.kind in (Kind.TRANSIT, Kind.HOME):
+        if self._trail is not None and self.kind in _JOINT_MOVES:
             path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
         else:
             path, pace = self._way_out.path(start), self._leaving

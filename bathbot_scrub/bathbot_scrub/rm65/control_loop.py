@@ -35,6 +35,13 @@ Array = NDArray[np.float64]
 _TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
+_WHERE = {  # motions whose end ends a state, and what is said then
+    Kind.SEEK: "retracted",
+    Kind.LEAVE: "retracted",
+    Kind.HOME: "at home",
+    Kind.SENT: "where it was sent",
+}
+_MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 
 
@@ -245,9 +252,9 @@ class ControlLoop:
         if not self.guard.moving:
             return
         self.guard.moving = False
-        scrubbing = self.motion.kind is Kind.SCRUB and self.guard.state is State.CONTACT
-        if runner.at_end and self.motion.kind in (Kind.SEEK, Kind.LEAVE, Kind.HOME):
-            self.guard.arrived("at home" if self.motion.kind is Kind.HOME else "retracted")
-        if not (scrubbing or self.guard.paused or self.guard.waiting):
+        if runner.at_end and self.motion.kind in _WHERE:
+            self.guard.arrived(_WHERE[self.motion.kind])
+        more = _MORE_MAY_COME.get(self.motion.kind) is self.guard.state
+        if not (more or self.guard.paused or self.guard.waiting):
             self.motion.stand()
         self.lock.notify_all()

@@ -24,6 +24,7 @@ from bathbot_scrub.rm65.motion import Planner, line_pace
 from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace
 from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
+from bathbot_scrub.rm65.sent_moves import SentMoves
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.surroundings import Surroundings
 
@@ -57,6 +58,7 @@ class ArmDriver:
         guard = ForceGuard(self.limits, settings.home_needs_consent)
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
+        self.moves = SentMoves(self.loop, self.planner, self.limits)
         self._path: ScrubPath | None = None
         self._refusal = ""  # why the newest segment was not taken
         self.loop.start()

@@ -71,6 +71,7 @@ class DriverSettings:
     tool_centre: tuple[float, ...] = _about((0.0, 0.0, 0.05), "its centre, from the flange [m]")
     force_cutoff: float = _about(15.0, "of the low-pass on the wrench [Hz]")
     publish_rate: float = _about(50.0, "of joint_states, wrench and tool_pose [Hz]")
+    vendor_topics: bool = _about(False, "also offer the topics of the vendor's driver, under rm_driver/")
 
     def __post_init__(self) -> None:
         """Refuse values no arm can meet."""

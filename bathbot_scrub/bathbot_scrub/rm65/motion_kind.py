@@ -11,3 +11,5 @@ class Kind(Enum):
     SCRUB = "along the path"
     LEAVE = "away from the skin"
     HOME = "home"
+    SENT = "where a program sent it"
+    STREAM = "after a stream of joints"

@@ -22,7 +22,7 @@ from bathbot_msgs.msg import ArmState, ScrubSegment
 from bathbot_scrub.rm65.approach import Touch
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.errors import ArmError
+from bathbot_scrub.rm65.errors import ArmError, ArmSettingsError
 from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import (
     body_from_cloud,
@@ -66,12 +66,15 @@ class Rm65Driver(StageNode):
             "stop": driver.stop,
             "pause": driver.pause,
             "retract": driver.retract,
-            "home": driver.home,
         }
         self._parts = [
             self.create_service(Trigger, f"arm/{name}", self._answer(call)) for name, call in calls.items()
         ]
-        slow = {"resume": driver.resume, "zero_force": lambda: f"{driver.zero_force():.2f} N remain"}
+        slow = {
+            "home": driver.home,
+            "resume": driver.resume,
+            "zero_force": lambda: f"{driver.zero_force():.2f} N remain",
+        }
         self._parts += [
             self.create_service(Trigger, f"arm/{name}", self._answer_beside(call))
             for name, call in slow.items()
@@ -89,6 +92,7 @@ class Rm65Driver(StageNode):
             handle_accepted_callback=self._begin_approach,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
+        self._vendor = vendor_topics(self, driver) if self._settings.vendor_topics else None
         self._timer = self.create_timer(1.0 / self._settings.publish_rate, self._publish)
 
     def stop(self) -> None:
@@ -96,6 +100,8 @@ class Rm65Driver(StageNode):
         if hasattr(self, "_timer"):
             self.destroy_timer(self._timer)
             self._driver.close()
+            if self._vendor is not None:
+                self._vendor.close()
             for service in self._parts:
                 self.destroy_service(service)
             self.destroy_subscription(self._segments)
@@ -187,6 +193,8 @@ class Rm65Driver(StageNode):
             return ArmError(f"{type(error).__name__}: {error}")
 
     def _publish(self) -> None:
+        if self._vendor is not None:
+            self._vendor.publish()
         snapshot = self._telemetry.publish(self.get_clock().now().to_msg())
         if snapshot is not None:
             self._report(snapshot)
@@ -201,6 +209,22 @@ class Rm65Driver(StageNode):
         level = (WARN if doubt else OK) if healthy else ERROR
         message = self._refused or snapshot.reason or doubt or snapshot.state.name
         self.report(level, message, **diagnostic_values(self._driver, snapshot))
+
+
+def vendor_topics(node: Rm65Driver, driver: ArmDriver) -> Any:
+    """The vendor driver's topics on `node`.
+
+    Raises:
+        ArmSettingsError: Its messages are not installed.
+    """
+    try:
+        from bathbot_scrub.rm65.vendor.vendor_topics_node import VendorTopics
+    except ModuleNotFoundError as error:
+        raise ArmSettingsError(
+            f"vendor_topics is true, but there is no module {error.name}; build rm_ros_interfaces of the "
+            "vendor's ros2_rm_robot and source it"
+        ) from error
+    return VendorTopics(node, driver)
 
 
 def main() -> None:

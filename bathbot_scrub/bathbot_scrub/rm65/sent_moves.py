@@ -11,16 +11,17 @@ from bathbot_scrub.rm65.control_loop import ControlLoop
 from bathbot_scrub.rm65.errors import ArmError, CanceledError, NotReadyError
 from bathbot_scrub.rm65.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard_states import State
-from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.joint_path import JointPath
+from bathbot_scrub.rm65.inverse_kinematics import check_poses, nearest, solve_head
+from bathbot_scrub.rm65.joint_path import JointPath, timed_path
 from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD
-from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.motion import Planner
 from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace
 from bathbot_scrub.rm65.streamed_path import StreamedPath
+from bathbot_scrub.rm65.tool_path import densify, solve_path
 
 Array = NDArray[np.float64]
-LINE_SPEED, LINE_ACCELERATION = 0.10, 0.3  # [m/s], [m/s^2] of a line at full speed
+LINE_SPEED = 0.10  # [m/s] of the head along a line at full speed
 SILENCE = 0.2  # [s] without a frame after which a stream is over
 _POLL = 0.1  # [s] between looks at a motion that somebody waits for
 _SAID = "a program moves the arm"
@@ -47,7 +48,7 @@ class SentMoves:
         """
         path = self._planner.joint_path(self._loop.standing(), goal)
         pace = self._planner.joint_pace
-        self._run(path, Pace(share * pace.speed, pace.acceleration, pace.jerk), Kind.SENT)
+        self._run(path, Pace(share * pace.speed, pace.acceleration, pace.jerk))
 
     def to_pose(self, T_base_flange: Array, share: float) -> None:
         """Go to a pose of the flange, (4, 4), straight in joint space; as `to_joints`.
@@ -63,10 +64,12 @@ class SentMoves:
         Raises:
             UnreachableError: Out of reach, beyond a joint's limit, or through a singularity.
         """
-        start, speed = self._loop.standing(), share * LINE_SPEED
-        ends = np.stack([self._planner.kinematics.head(start), T_base_flange @ T_FLANGE_HEAD])
-        path = self._planner.tool_path(start, ends, speed)
-        self._run(path, line_pace(speed, LINE_ACCELERATION), Kind.SENT_LINE)
+        planner, start = self._planner, self._loop.standing()
+        ends = np.stack([planner.kinematics.head(start), check_poses(T_base_flange) @ T_FLANGE_HEAD])
+        distances, poses = densify(ends)
+        if len(distances) > 1:
+            joints = solve_path(planner.kinematics, poses, start, planner.limits)
+            self._run(_joint_path(distances, joints, share * LINE_SPEED, planner), planner.joint_pace)
 
     def stream(self, goal: ArrayLike, now: float) -> None:
         """Follow one frame of a stream of joint angles [rad], shape (6,), that came at `now` [s].
@@ -91,7 +94,8 @@ class SentMoves:
                 self._loop.guard.begin_approach(self._limits.gentlest(), _SAID)
                 self._loop.begin(path, self._planner.joint_pace, Kind.STREAM)
             else:
-                self._loop.retarget(path, cut)
+                self._loop.motion.retarget(path, cut)
+                self._loop.guard.moving = True
         self._stream = begun
 
     def stream_pose(self, T_base_flange: Array, now: float) -> None:
@@ -109,33 +113,33 @@ class SentMoves:
             over = now - self._last_frame > SILENCE and not self._loop.guard.moving
             if self._stream is not None and over:
                 if self._following():
-                    self._loop.arrive("the stream of joints is over")
+                    self._loop.motion.stand()
+                    self._loop.guard.arrived("the stream of joints is over")
                 self._stream = None
 
     def _nearest(self, T_base_flange: Array, seed: Array) -> Array:
-        solutions = solve_head(
-            self._planner.kinematics, T_base_flange @ T_FLANGE_HEAD, self._planner.limits
-        )
+        solutions = solve_head(self._planner.kinematics, T_base_flange @ T_FLANGE_HEAD, self._planner.limits)
         return nearest(solutions, seed, self._planner.limits)
 
     def _following(self) -> bool:
         """Whether a stream is being followed still."""
         loop = self._loop
-        return loop.kind is Kind.STREAM and loop.runner is not None and loop.guard.state is State.APPROACH
+        motion, state = loop.motion, loop.guard.state
+        return motion.kind is Kind.STREAM and motion.runner is not None and state is State.APPROACH
 
     def _length(self) -> float:
-        runner = self._loop.runner
+        runner = self._loop.motion.runner
         if runner is None:
             raise NotReadyError("the stream was given up; begin again")
         return runner.length
 
-    def _run(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+    def _run(self, path: JointPath, pace: Pace) -> None:
         self._planner.check(path.joints)
         loop = self._loop
         with loop.lock:
             loop.guard.begin_approach(self._limits.gentlest(), _SAID)
-            loop.begin(path, pace, kind)
-            while loop.guard.moving or loop.guard.paused:
+            loop.begin(path, pace, Kind.SENT)
+            while loop.guard.moving or loop.guard.paused or loop.guard.waiting:
                 loop.lock.wait(_POLL)
             if loop.guard.state is not State.FREE:
                 raise self._why()
@@ -143,3 +147,19 @@ class SentMoves:
     def _why(self) -> ArmError:
         guard = self._loop.guard
         return CanceledError(f"the move ended in {guard.state.name}: {guard.reason or 'stopped'}")
+
+
+def _joint_path(distances: Array, joints: Array, speed: float, planner: Planner) -> JointPath:
+    """A way of the head as a path in joint space, so that it ends, brakes and turns back as those do.
+
+    Args:
+        distances: Of the head [m], shape (N,), strictly rising.
+        joints: [rad], shape (N, 6).
+        speed: Of the head, at most [m/s].
+        planner: With the pace and the limits of the joints.
+    """
+    steps = np.abs(np.diff(joints, axis=0)).max(-1)
+    caps = speed * steps / np.diff(distances)
+    caps = np.minimum(np.append(caps, caps[-1]), np.insert(caps, 0, caps[0]))
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    return timed_path(lengths, joints, planner.joint_pace.acceleration, planner.limits, 1.0, caps)

@@ -35,7 +35,8 @@ class ArmSample(NamedTuple):
 
     stamp: float  # [s] time.monotonic() on arrival
     joints: Array  # [rad], shape (6,)
-    wrench: Array  # [N, Nm], shape (6,), external force at the sensor after zeroing, sensor frame
+    raw_wrench: Array  # [N, Nm], shape (6,), as measured, with weight and bias, sensor frame
+    wrench: Array  # the same: external force at the sensor after zeroing
     T_base_flange: Array  # (4, 4), as the controller computes it
     errors: tuple[int, ...]  # codes of the controller that are not zero
     joint_errors: tuple[int, ...]  # error bits of each joint, as far as the controller tells them
@@ -53,18 +54,19 @@ def parse_sample(raw: bytes, stamp: float) -> ArmSample:
         raise ProtocolError(f"datagram is no joint state but {str(frame.get('state'))[:40]!r}")
     status = _part(frame, "joint_status")
     joints = joints_from_wire(integers(status, "joint_position", 6))
-    wrench = _wrench(_part(frame, "six_force_sensor"))
+    sensor = _part(frame, "six_force_sensor")
     waypoint = _part(frame, "waypoint")
     T = np.eye(4)
     T[:3, 3] = integers(waypoint, "position", 3) * 1e-6
     T[:3, :3] = quaternion_from_wire(integers(waypoint, "quat", 4))
     word = str(frame.get("arm_current_status", ""))[:40]
-    return ArmSample(stamp, joints, wrench, T, _errors(frame), _joint_errors(status), word)
+    wrenches = _wrench(sensor, "force"), _wrench(sensor, "zero_force")
+    return ArmSample(stamp, joints, *wrenches, T, _errors(frame), _joint_errors(status), word)
 
 
-def _wrench(sensor: Frame) -> Array:
+def _wrench(sensor: Frame, key: str) -> Array:
     try:
-        return wrench_from_wire(integers(sensor, "zero_force", 6))
+        return wrench_from_wire(integers(sensor, key, 6))
     except ProtocolError:
         return np.full(6, np.nan)
 

@@ -50,7 +50,5 @@ class StreamedPath:
         first = max(int(np.searchsorted(lengths, length - KEPT)) - 1, 0)
         cut = float(lengths[first])
         self._lengths, self._joints = lengths[first:] - cut, joints[first:]
-        path = timed_path(
-            self._lengths, self._joints, planner.joint_pace.acceleration, planner.limits, 1.0
-        )
+        path = timed_path(self._lengths, self._joints, planner.joint_pace.acceleration, planner.limits, 1.0)
         return path, cut

@@ -42,9 +42,7 @@ class VendorTopics:
     def __init__(self, node: Node, driver: ArmDriver) -> None:
         """Create them on `node`."""
         self._node, self._driver, moves = node, driver, driver.moves
-        self._state = {
-            name: node.create_publisher(kind, _PREFIX + name, 10) for name, kind in _STATE.items()
-        }
+        self._state = {name: node.create_publisher(kind, _PREFIX + name, 10) for name, kind in _STATE.items()}
         self._results: list[Any] = []
         self._subscriptions: list[Any] = []
         self._answer("movej", Movej, lambda m: moves.to_joints(joints_from_message(m.joint), _share(m)))
@@ -53,7 +51,9 @@ class VendorTopics:
         self._answer("move_stop", Bool, lambda _: driver.stop())
         self._answer("clear_force_data", Bool, lambda _: driver.zero_force())
         self._take(
-            "movej_canfd_cmd", Jointpos, lambda m: moves.stream(joints_from_message(m.joint), time.monotonic())
+            "movej_canfd_cmd",
+            Jointpos,
+            lambda m: moves.stream(joints_from_message(m.joint), time.monotonic()),
         )
         self._take(
             "movep_canfd_cmd",
