@@ -165,6 +165,20 @@ def test_who_stands_too_near_may_leave_but_not_come_nearer():
         around.check(nearer, (), 0.015)
 
 
+def test_standing_beside_one_thing_excuses_no_other():
+    around, planner = cell()
+    start = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[0].joints[-1]
+    path = joint_move(start, start + 0.3 * np.eye(6)[0])[1]
+    forearm = ARM.link_frames(path[[0, -1]])[:, 4, :3, 3]
+    ahead = (forearm[1] - forearm[0]) / np.linalg.norm(forearm[1] - forearm[0])
+    inside = forearm[0] - 0.03 * ahead  # in the arm already, and left behind
+    around.see(inside[None], Clock.now)
+    around.check(path, (), 0.015)
+    around.see([inside, forearm[1] + 0.045 * ahead], Clock.now)
+    with pytest.raises(CollisionError, match=r"Link[45]"):
+        around.check(path, (), 0.015)
+
+
 def test_the_arm_does_not_run_into_itself_or_a_wall():
     around, _ = cell()
     into_itself = joint_move(np.zeros(6), np.radians([0.0, 0.0, -135.0, 0.0, -128.0, 0.0]))[1]

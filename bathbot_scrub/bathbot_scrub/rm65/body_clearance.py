@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.arm_shapes import arm_capsules
-from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.clearance_kernel import beside, fill_clearances, within
 from bathbot_scrub.rm65.kinematics import HEAD_NAME, Kinematics
 from bathbot_scrub.rm65.swept_arm import SweptArm, capsule_ends, swept
 
@@ -34,6 +34,7 @@ class BodyClearance:
         self._radii = np.array([capsule.radius for capsule in self.capsules])
         self._touches = np.array([capsule.link == HEAD_NAME for capsule in self.capsules])
         self.free(np.zeros((1, 6)), np.ones((1, 3)), 0.0)
+        self.beside(np.zeros((len(self.capsules), 2, 3)), np.ones((1, 3)), np.zeros((1, 3)), 0.0)
 
     def swept(self, joints: Array) -> SweptArm:
         """A closely spaced joint path, shape (N, 6) [rad], thinned out."""
@@ -44,6 +45,11 @@ class BodyClearance:
         ends = capsule_ends(self._kinematics, self.capsules, joints)
         patch = self._kinematics.head(joints)[:, :3, 3]
         return self.nearest(ends, points, patch, margin).clearances >= margin
+
+    def beside(self, ends: Array, points: Array, patch: Array, margin: float) -> Mask:
+        """Which points, shape (M, 3), are within a margin [m] of the arm at one sample, ends (C, 2, 3)."""
+        spared = within(points, patch, PATCH_RADIUS)
+        return beside(ends, self._radii, self._touches, points, spared, margin)
 
     def nearest(self, ends: Array, points: Array, patch: Array, interest: float) -> Nearest:
         """What of the arm is nearest to the body, at each sample.

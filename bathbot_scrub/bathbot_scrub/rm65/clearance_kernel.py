@@ -24,25 +24,47 @@ def fill_clearances(ends, radii, touches, points, spared, interest, clearances, 
     for sample in range(len(ends)):
         best, capsules[sample], nearest[sample] = interest, -1, -1
         for capsule in range(len(radii)):
-            x, y, z = ends[sample, capsule, 0]
-            along = ends[sample, capsule, 1] - ends[sample, capsule, 0]
-            square = along[0] * along[0] + along[1] * along[1] + along[2] * along[2]
-            mid_x, mid_y, mid_z = x + 0.5 * along[0], y + 0.5 * along[1], z + 0.5 * along[2]
-            around = max(best + radii[capsule], 0.0) + 0.5 * sqrt(square)
+            start, end = ends[sample, capsule, 0], ends[sample, capsule, 1]
+            mid_x, mid_y, mid_z = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2
+            half = sqrt((end[0] - mid_x) ** 2 + (end[1] - mid_y) ** 2 + (end[2] - mid_z) ** 2)
+            around = max(best + radii[capsule], 0.0) + half
             for point in range(len(points)):
                 px, py, pz = points[point, 0], points[point, 1], points[point, 2]
                 outer = (px - mid_x) ** 2 + (py - mid_y) ** 2 + (pz - mid_z) ** 2
                 if outer > around * around or (spared[point] and touches[capsule]):
                     continue
-                dx, dy, dz = px - x, py - y, pz - z
-                share = dx * along[0] + dy * along[1] + dz * along[2]
-                share = min(max(share / square, 0.0), 1.0) if square > 0.0 else 0.0
-                dx, dy, dz = dx - share * along[0], dy - share * along[1], dz - share * along[2]
-                distance = sqrt(dx * dx + dy * dy + dz * dz) - radii[capsule]
+                distance = _to_axis(points[point], ends[sample, capsule]) - radii[capsule]
                 if distance < best:
                     best, capsules[sample], nearest[sample] = distance, capsule, point
-                    around = max(best + radii[capsule], 0.0) + 0.5 * sqrt(square)
+                    around = max(best + radii[capsule], 0.0) + half
         clearances[sample] = best
+
+
+@njit(cache=True, nogil=True)
+def beside(ends, radii, touches, points, spared, margin):
+    """Which points, shape (M, 3), lie within `margin` [m] of a capsule, ends (C, 2, 3); else as above."""
+    near = np.zeros(len(points), np.bool_)
+    for point in range(len(points)):
+        for capsule in range(len(radii)):
+            if not (spared[point] and touches[capsule]):
+                distance = _to_axis(points[point], ends[capsule])
+                near[point] |= distance - radii[capsule] < margin
+    return near
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _to_axis(point, ends):
+    """Distance [m] of a point, shape (3,), to the segment between two ends, shape (2, 3)."""
+    square = share = 0.0
+    for axis in range(3):
+        along = ends[1, axis] - ends[0, axis]
+        square += along * along
+        share += along * (point[axis] - ends[0, axis])
+    share = min(max(share / square, 0.0), 1.0) if square > 0.0 else 0.0
+    total = 0.0
+    for axis in range(3):
+        total += (point[axis] - ends[0, axis] - share * (ends[1, axis] - ends[0, axis])) ** 2
+    return sqrt(total)
 
 
 @njit(cache=True, nogil=True)

@@ -110,11 +110,20 @@ class Surroundings:
             raise CollisionError(first, second, distance, 0.0)
 
     def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
-        interest = margin + _CLOSER + 2.0 * float(path.stray.max())
+        """Keep the margin to all points but those that the arm stands beside: to these, what there is."""
+        beside = self._clearance.beside(path.ends[0], points, patch, margin)
+        self._check_points(path, points[~beside], patch, margin, margin)
+        if beside.any():
+            there = self._clearance.nearest(path.ends[:1], points[beside], patch, margin).clearances[0]
+            self._check_points(
+                path._replace(stray=0.0 * path.stray), points[beside], patch, there - _CLOSER, margin
+            )
+
+    def _check_points(self, path: SweptArm, points: Array, patch: Array, least: float, margin: float) -> None:
+        interest = least + 2.0 * float(path.stray.max()) + _CLOSER
         clearances, links, nearest = self._clearance.nearest(path.ends, points, patch, interest)
-        short = (clearances - path.stray < margin) & (clearances < clearances[0] - _CLOSER)
-        if short.any():
-            worst = int(np.argmin(np.where(short, clearances, np.inf)))
+        worst = int(np.argmin(clearances - path.stray))
+        if clearances[worst] - path.stray[worst] < least:
             place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
             link = self._clearance.capsules[links[worst]].link
             raise CollisionError(link, place, float(clearances[worst]), margin)
