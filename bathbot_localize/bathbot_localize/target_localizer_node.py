@@ -229,6 +229,7 @@ class TargetLocalizer(StageNode):
             self._problems.pop(name, None)
 
     def _fail(self, name: str, error: Exception) -> None:
+        self._next.pop(name, None)  # the next picture may do
         if isinstance(error, BathbotError):
             self._problems[name] = str(error)
         else:
