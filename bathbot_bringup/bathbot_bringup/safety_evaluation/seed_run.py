@@ -1,6 +1,7 @@
 """All trials of one seed, on one graph for as long as it lives."""
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,8 +12,14 @@ from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.kinematics import Kinematics
 
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.safety_evaluation.fault_table import REGION, FaultCase, Phase
-from bathbot_bringup.safety_evaluation.measures import STANDS, head_velocity, react, retract_delay
+from bathbot_bringup.safety_evaluation.fault_table import REGION, Duty, FaultCase, Phase
+from bathbot_bringup.safety_evaluation.measures import (
+    STANDS,
+    head_velocity,
+    react,
+    retract_begins,
+    retract_delay,
+)
 from bathbot_bringup.safety_evaluation.place import Place, find_place
 from bathbot_bringup.safety_evaluation.strikes import onset, strike_at
 from bathbot_bringup.safety_evaluation.trial_graph import TrialGraph, trial_graph
@@ -81,7 +88,11 @@ class SeedRun:
         trace = until(trace, struck.until)
         demand_phase(trace, fault, plan)
         reaction = react(trace, fault, plan.phase, case.duty, reports)
-        delay = retract_delay(trace, fault, self._bounds.retract, self._kinematics)
+        delay = math.nan
+        if case.duty is Duty.LEAVE:
+            delay = retract_delay(trace, fault, self._bounds.retract, self._kinematics)
+            begun = retract_begins(trace, fault, self._kinematics) - fault
+            reaction = reaction._replace(detect=min(reaction.detect, begun))
         said = "; ".join(
             dict.fromkeys(report.reason for report in reports if report.stamp > fault and report.reason)
         )
