@@ -12,7 +12,7 @@ from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.kinematics import Kinematics
 
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.safety_evaluation.fault_table import REGION, Duty, FaultCase, Phase
+from bathbot_bringup.safety_evaluation.fault_table import REGION, Duty, FaultCase, Nearer, Phase, Strike
 from bathbot_bringup.safety_evaluation.measures import (
     STANDS,
     head_velocity,
@@ -23,7 +23,7 @@ from bathbot_bringup.safety_evaluation.measures import (
 from bathbot_bringup.safety_evaluation.place import Place, find_place
 from bathbot_bringup.safety_evaluation.strikes import onset, strike_at
 from bathbot_bringup.safety_evaluation.trial_graph import TrialGraph, trial_graph
-from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan, plan_trial
+from bathbot_bringup.safety_evaluation.trial_plan import plan_trial
 from bathbot_bringup.safety_evaluation.trial_result import Bounds, TrialResult, judge
 from bathbot_bringup.safety_evaluation.trial_run import SpoiltTrialError, TrialRun
 from bathbot_bringup.sim.scenario import load_scenario
@@ -86,7 +86,7 @@ class SeedRun:
         self._leave(run, case)
         fault = onset(struck, trace, case.strike)
         trace = until(trace, struck.until)
-        demand_phase(trace, fault, plan)
+        demand_phase(trace, fault, plan.phase, case.strike)
         reaction = react(trace, fault, plan.phase, case.duty, reports)
         delay = math.nan
         if case.duty is Duty.LEAVE:
@@ -134,7 +134,7 @@ def until(trace: TraceData, end: float) -> TraceData:
     )
 
 
-def demand_phase(trace: TraceData, fault: float, plan: TrialPlan) -> None:
+def demand_phase(trace: TraceData, fault: float, phase: Phase, strike: Strike) -> None:
     """Insist that the fault met the arm in the phase that was meant.
 
     Raises:
@@ -145,10 +145,9 @@ def demand_phase(trace: TraceData, fault: float, plan: TrialPlan) -> None:
         raise SpoiltTrialError("the trace begins after the fault")
     speed = float(np.linalg.norm(head_velocity(trace)[before], axis=1).mean())
     touches = bool((np.linalg.norm(trace.force[before], axis=1) > 0.0).any())
-    if touches is (plan.phase in (Phase.TRANSIT, Phase.SEEK)) or (speed < STANDS) is (
-        plan.phase is not Phase.REST
-    ):
+    touching = phase in (Phase.REST, Phase.SCRUB) or isinstance(strike, Nearer)
+    if touches is not touching or (speed < STANDS) is not (phase is Phase.REST):
         raise SpoiltTrialError(
-            f"the fault came too late for {plan.phase.value}: {1e3 * speed:.0f} mm/s, "
+            f"the fault did not meet the arm in phase {phase.value}: {1e3 * speed:.0f} mm/s, "
             f"{'in' if touches else 'no'} contact"
         )
