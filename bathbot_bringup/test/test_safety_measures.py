@@ -167,6 +167,8 @@ def test_signs_are_states_reasons_and_the_end_of_the_stream():
     assert detect(Report(FAULT + 0.2, State.FAULT, "waits", True)) == pytest.approx(0.2)
     assert detect(Report(FAULT + 0.2, State.CONTACT, "waits", False)) == pytest.approx(0.2)
     assert detect(frames=[FAULT - 0.01, FAULT + 0.03]) == pytest.approx(0.03)
+    alive = Report(FAULT + 1.0, State.CONTACT, "", True)
+    assert detect(alive, frames=[FAULT - 0.01, FAULT + 0.03]) == math.inf
     assert detect(frames=[FAULT, trace.stamp[-1]]) == math.inf
 
 

@@ -142,20 +142,19 @@ def detected(trace: TraceData, fault: float, reports: Sequence[Report]) -> float
     """Time from the fault to the first sign that it was noticed [s]; infinite without one.
 
     A sign is a report of the driver that it retracts, holds or is at fault, that it has lost the controller
-    or that gives a new reason; or the end of the command stream.
+    or that gives a new reason; of a driver that reports nothing any more, the end of its stream.
     """
     before = [report for report in reports if report.stamp <= fault]
+    after = [report for report in reports if report.stamp > fault]
     known = before[-1].reason if before else ""
-    signs = [
-        report.stamp
-        for report in reports
-        if report.stamp > fault
-        and (report.state in _ALARMED or not report.connected or report.reason not in ("", known))
-    ]
+    for report in after:
+        if report.state in _ALARMED or not report.connected or report.reason not in ("", known):
+            return report.stamp - fault
     frames = trace.frame_stamp
-    if len(frames) and len(trace.stamp) and fault - _SILENT < frames[-1] < trace.stamp[-1] - _SILENT:
-        signs.append(max(float(frames[-1]), fault))
-    return min(signs) - fault if signs else math.inf
+    silent = not after or after[-1].stamp < fault + _SILENT
+    if silent and len(frames) and fault - _SILENT < frames[-1] < trace.stamp[-1] - _SILENT:
+        return max(float(frames[-1]) - fault, 0.0)
+    return math.inf
 
 
 def _moves_again(calm: NDArray[np.bool_]) -> bool:
