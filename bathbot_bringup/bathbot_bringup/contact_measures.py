@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 IN_CONTACT = 0.001  # [m] of bent bristles; less may be a graze
-COMFORT = (1.0, 6.0)  # [N] band of forces people called comfortable while being washed
 
 
 class ContactMeasures(NamedTuple):
@@ -46,7 +45,11 @@ def in_contact(passed: ArrayLike, times: ArrayLike, compression: ArrayLike) -> N
 
 
 def contact_measures(
-    passed: ArrayLike, times: ArrayLike, compression: ArrayLike, force: ArrayLike
+    passed: ArrayLike,
+    times: ArrayLike,
+    compression: ArrayLike,
+    force: ArrayLike,
+    comfort: tuple[float, float],
 ) -> ContactMeasures:
     """Sum up one path; numbers that cannot be known are NaN.
 
@@ -55,6 +58,7 @@ def contact_measures(
         times: Of the contact samples [s], increasing, shape (N,).
         compression: How far the bristles were bent then [m], shape (N,).
         force: Resultant force then [N], shape (N,).
+        comfort: Band of the region [N], of the force limits.
     """
     passed, times = np.asarray(passed, dtype=float), np.asarray(times, dtype=float)
     compression, force = np.asarray(compression, dtype=float), np.asarray(force, dtype=float)
@@ -66,7 +70,7 @@ def contact_measures(
     if not on_path.any():
         peak = float(force.max()) if len(force) else np.nan
         return ContactMeasures(0.0, 0.0, np.nan, peak, np.nan, np.nan)
-    comfortable = (force[on_path] >= COMFORT[0]) & (force[on_path] <= COMFORT[1])
+    comfortable = (force[on_path] >= comfort[0]) & (force[on_path] <= comfort[1])
     return ContactMeasures(
         fraction=float(touching.mean()),
         comfort_fraction=float(comfortable.mean()),

@@ -3,10 +3,10 @@
 import io
 
 import numpy as np
+from bathbot_scrub.rm65.force_limits import RegionLimits
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bathbot_bringup.contact_measures import COMFORT
 from bathbot_bringup.coverage import Coverage
 from bathbot_bringup.path_error import PathError
 from bathbot_bringup.run_data import Run
@@ -69,12 +69,11 @@ def draw_path_error(error: PathError) -> Figure:
     return figure
 
 
-def draw_force(run: Run, epoch: float, threshold: float) -> Figure:
-    """True and measured force over time, with the comfort band and the threshold."""
+def draw_force(run: Run, epoch: float, limits: RegionLimits, threshold: float) -> Figure:
+    """True and measured force over time, with the region's comfort band and the threshold."""
     figure, axes = _figure()
-    axes.axhspan(
-        *COMFORT, color=_GREEN, alpha=0.12, label=f"comfort band {COMFORT[0]:.0f}-{COMFORT[1]:.0f} N"
-    )
+    least, most = limits.comfort
+    axes.axhspan(least, most, color=_GREEN, alpha=0.12, label=f"comfort band {least:g}-{most:g} N")
     axes.plot(run.contacts.time - epoch, run.contacts.force, color=_BLUE, lw=0.8, label="true (simulated)")
     axes.plot(run.arm.time - epoch, run.arm.force, color=_ORANGE, lw=0.8, label="measured and filtered")
     if np.isfinite(threshold):

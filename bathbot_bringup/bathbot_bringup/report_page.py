@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from bathbot_scrub.rm65.force_limits import shipped_force_limits
+
 from bathbot_bringup import report_figures
 from bathbot_bringup.atomic_file import write_atomically
 from bathbot_bringup.coverage import patch_frame
@@ -37,13 +39,13 @@ def _table(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def _figures(run: Run, measures: RunMeasures, summary: Mapping[str, Any], epoch: float) -> list[str]:
-    used = summary.get("target_time_s")
+    used, limits = summary.get("target_time_s"), shipped_force_limits().region(summary["region"])
     pictures = [
         _image(
             report_figures.draw_targets(measures.target_times - epoch, measures.target_errors, used),
             "localisation error",
         ),
-        _image(report_figures.draw_force(run, epoch, measures.force_threshold), "force over time"),
+        _image(report_figures.draw_force(run, epoch, limits, measures.force_threshold), "force over time"),
     ]
     if measures.path is not None and len(measures.path.T_base_head):
         poses = measures.path.T_base_head

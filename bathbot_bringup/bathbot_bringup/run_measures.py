@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from numpy.typing import NDArray
 
 from bathbot_bringup.contact_measures import ContactMeasures, contact_measures, in_contact
@@ -57,7 +58,13 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
     return RunMeasures(
         path,
         error,
-        contact_measures(_with_unsent(error.time, run), contacts.time, contacts.compression, contacts.force),
+        contact_measures(
+            _with_unsent(error.time, run),
+            contacts.time,
+            contacts.compression,
+            contacts.force,
+            shipped_force_limits().region(region).comfort,
+        ),
         _covered(run, truth, region, poses, error),
         np.array([truth.target_error(target) for target in targets]).reshape(-1, 3),
         np.array([target.time for target in targets]),

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-TIMES = np.arange(0.0, 10.0, 0.02)
+TIMES, BAND = np.arange(0.0, 10.0, 0.02), (1.0, 6.0)
 
 
 @settings(deadline=None)
@@ -13,19 +13,21 @@ TIMES = np.arange(0.0, 10.0, 0.02)
 def test_the_contact_fraction_is_the_share_of_poses_passed_in_contact(gap):
     passed = np.linspace(1.0, 9.0, 401)
     compression = np.where(1.0 + 8.0 * gap > TIMES, -0.002, 0.005)
-    measures = contact_measures(passed, TIMES, compression, 400.0 * np.maximum(compression, 0.0))
+    measures = contact_measures(passed, TIMES, compression, 400.0 * np.maximum(compression, 0.0), BAND)
     assert_allclose(measures.fraction, 1.0 - gap, atol=0.01)
 
 
 def test_poses_never_passed_count_as_not_scrubbed():
     passed = np.concatenate([np.linspace(1.0, 9.0, 100), np.full(100, np.nan)])
-    assert_allclose(contact_measures(passed, TIMES, np.full(500, 0.005), np.full(500, 2.0)).fraction, 0.5)
+    assert_allclose(
+        contact_measures(passed, TIMES, np.full(500, 0.005), np.full(500, 2.0), BAND).fraction, 0.5
+    )
 
 
 def test_forces_are_summed_up():
     force = np.where(TIMES < 5.0, 2.0, 7.0)
     force[0] = 9.0  # before the path: counts for the peak only
-    measures = contact_measures(np.linspace(1.0, 9.0, 401), TIMES, np.full(500, 0.005), force)
+    measures = contact_measures(np.linspace(1.0, 9.0, 401), TIMES, np.full(500, 0.005), force, BAND)
     assert measures.force_peak == 9.0
     assert_allclose(measures.comfort_fraction, 0.5, atol=0.01)
     assert_allclose(measures.force_mean, 4.5, atol=0.05)
@@ -33,7 +35,7 @@ def test_forces_are_summed_up():
 
 def test_without_samples_nothing_was_in_contact():
     assert not in_contact([1.0, 2.0], [], []).any()
-    measures = contact_measures([np.nan], [], [], [])
+    measures = contact_measures([np.nan], [], [], [], BAND)
     assert measures.fraction == 0.0
     assert np.isnan(measures.force_peak)
 

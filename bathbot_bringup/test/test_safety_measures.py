@@ -112,6 +112,22 @@ def test_standing_on_the_skin_is_not_leaving():
     assert reaction(trace_of(np.zeros((400, 3)), 8.0), Phase.REST, Duty.LEAVE).stop == math.inf
 
 
+@pytest.mark.parametrize(
+    ("way", "calm"),
+    [
+        pytest.param(0.1 * ALONG, True, id="aside a little"),
+        pytest.param(0.8 * ALONG, False, id="far aside"),
+        pytest.param(0.1 * INTO, False, id="back to the skin"),
+        pytest.param(0.02 * INTO, True, id="back a hair"),
+    ],
+)
+def test_who_has_left_may_swing_but_neither_return_nor_wander(way, calm):
+    velocity = stroke(0.05, 4, out=[(104, 184)])  # 0.1 m out
+    velocity[184:224] = way
+    found = reaction(trace_of(velocity, np.where(np.arange(400) < 104, 2.0, 0.0)), duty=Duty.LEAVE)
+    assert (found.stop == pytest.approx(4 * STEP)) is calm
+
+
 def test_in_free_air_the_way_back_is_the_way_it_came_and_no_other():
     velocity = np.zeros((400, 3))
     velocity[20:110], velocity[110:150] = 0.1 * ALONG, -0.1 * ALONG
@@ -151,6 +167,8 @@ def test_signs_are_states_reasons_and_the_end_of_the_stream():
     assert detect(Report(FAULT + 0.2, State.FAULT, "waits", True)) == pytest.approx(0.2)
     assert detect(Report(FAULT + 0.2, State.CONTACT, "waits", False)) == pytest.approx(0.2)
     assert detect(frames=[FAULT - 0.01, FAULT + 0.03]) == pytest.approx(0.03)
+    alive = Report(FAULT + 1.0, State.CONTACT, "", True)
+    assert detect(alive, frames=[FAULT - 0.01, FAULT + 0.03]) == math.inf
     assert detect(frames=[FAULT, trace.stamp[-1]]) == math.inf
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import json
+import platform
 import socket
 import subprocess
 import sys
@@ -16,6 +17,8 @@ SESSION = Path(__file__).with_name("vendor_session.py")
 
 if importlib.util.find_spec("Robotic_Arm") is None:
     pytest.skip("the vendor's client (Robotic-Arm) is not installed here", allow_module_level=True)
+if (sys.platform, platform.machine()) not in (("linux", "x86_64"), ("linux", "aarch64")):
+    pytest.skip("the vendor's client is made for Linux on x86-64 and arm64 only", allow_module_level=True)
 
 
 def free_udp_port():
@@ -33,10 +36,8 @@ def sessions():
             port = free_udp_port()
             settings = EmulatorSettings(port=0, udp_port=port, generation=generation)
             emulator = stack.enter_context(Emulator(settings))
-            arguments = [str(number) for number in (emulator.port, port, generation)]
-            process = subprocess.Popen(
-                [sys.executable, SESSION, *arguments], stdout=subprocess.PIPE, text=True
-            )
+            command = [sys.executable, SESSION, *map(str, (emulator.port, port, generation))]
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
             stack.callback(process.kill)
             running[generation] = (emulator, process)
         outputs = {key: process.communicate(timeout=120)[0] for key, (_, process) in running.items()}

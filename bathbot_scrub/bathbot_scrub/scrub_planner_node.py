@@ -5,6 +5,8 @@ skin moves. The action's status stays ACCEPTED until it ends: a waiting coroutin
 executor busy.
 """
 
+from dataclasses import replace
+
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.messages import stamp_seconds
 from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
@@ -32,6 +34,7 @@ from bathbot_scrub.messages import (
 )
 from bathbot_scrub.path_planner import PathPlanner, Task
 from bathbot_scrub.reach import Reach
+from bathbot_scrub.rm65.force_limits import load_force_limits
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, code_of
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
@@ -51,6 +54,7 @@ class ScrubPlanner(StageNode):
         self._settings = settings
         clearance.warm_up()
         self._kinematics = Kinematics(settings.arm_variant)
+        self._limits = load_force_limits(settings.force_limits)
         self._segments = self.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
         self._path = self.create_publisher(Path, "planned_path", LATCHED)
         self._pause = self.create_client(Trigger, "arm/pause")
@@ -120,7 +124,7 @@ class ScrubPlanner(StageNode):
         region, path_id = goal.request.region, self.get_clock().now().nanoseconds // 1_000_000 % 2**32
         self._job = ScrubJob(
             path_id,
-            lambda: self._plan(task),
+            lambda: self._plan(task, region),
             lambda segment, seconds: self._send(goal, segment, seconds),
             lambda outcome: self._finish(goal, outcome),
             self._now,
@@ -145,10 +149,15 @@ class ScrubPlanner(StageNode):
         surface, recent = sighting.decode(), self._before.recent
         return Task(surface, sighting.stamp, target, head, joints, request.max_length, recent)
 
-    def _plan(self, task: Task) -> PathPlanner:
-        """Choose the path and show it; in the job's thread."""
+    def _plan(self, task: Task, region: str) -> PathPlanner:
+        """Choose the path, pressed in as is comfortable there, and show it; in the job's thread."""
+        pressed = self._limits.comfortable(region, self._settings.compression)
         body = () if self._body is None else surface_from_cloud(self._body)
-        planner = PathPlanner(task, self._settings, Reach(self._kinematics, task.joints, body))
+        planner = PathPlanner(
+            task,
+            replace(self._settings, compression=pressed),
+            Reach(self._kinematics, task.joints, body),
+        )
         self._path.publish(path_from_poses(planner.poses, task.stamp))
         self.get_logger().info(planner.summary)
         self._planner = planner

@@ -45,6 +45,7 @@ class ScrubPlannerSettings:
     watch_period: float = _about(0.2, "between looks at the skin while no segment is due [s]")
     max_offset: float = _about(0.03, "between the head in contact and the contact target [m]")
 
+    force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
     min_reach: float = _about(0.4, "share of the patch that must lie within reach, 0..1")
     arm_variant: str = _about("6F", "of the RM65: B, 6F or 6FB; decides the reach")
     reach_margin: float = _about(0.01, "by which the skin may move along its normal and stay in reach [m]")

@@ -1,10 +1,10 @@
 """What a trial's trace says: when the arm stood or left, how far it went, how hard it pressed. Pure.
 
 A sample of the trace is *calm* when the head stands (slower than 3 mm/s, every joint slower than 0.02 rad/s)
-or leaves (its velocity within 60 deg of the outward direction) or has left: off the skin, at least 20 mm out
-from where the fault struck and within 5 mm of where it is at the end. On the way through free air, outward
-is back along the way it came, and it has left when it is within 5 mm of where that way began. Where the duty
-is to leave, standing is calm only off the skin and at least 5 mm out.
+or leaves (its velocity within 60 deg of the outward direction) or has left: off the skin, 20 mm out or more,
+within 45 deg of straight out from where the fault struck, and it comes back by no more than 5 mm. On the way
+through free air, outward is back along the way it came, and it has left when it is within 5 mm of where that
+way began. Where the duty is to leave, standing is calm only off the skin and at least 5 mm out.
 
 The arm has stopped when the first of the samples has come that are calm without exception up to the end of
 the trial: whatever stands for a moment and moves again has not stopped.
@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 STANDS, TURNS = 0.003, 0.02  # [m/s] of the head, [rad/s] of a joint, below which it stands
 _TOWARDS = 0.5  # cosine of the widest angle between a velocity and the direction it leaves in
 _CLEAR, _LEFT = 0.005, 0.02  # [m] outwards from the place of the fault
-_ARRIVED = 0.005  # [m] from the place at the end of the trial
+_OUT = np.cos(np.radians(45.0))  # of the widest angle between straight out and the way that was gone
+_GIVEN_BACK = 0.005  # [m] of the way out
+_ARRIVED = 0.005  # [m] from where the way through free air began, and beside it
 _FROZEN = 0.1  # [s] between two steps above which the controller itself stood: no time for the arm
 _AGAIN = 10  # calm samples in a row after which a motion is a new one
 _SILENT = 0.1  # [s] without a frame that end the stream
@@ -108,9 +110,12 @@ def _outward(trace: TraceData, velocity: Array, first: int) -> tuple[NDArray[np.
     """Where the head goes against its approach axis, and where it has left the skin for good."""
     index = min(first, len(trace.head) - 1)
     out = -trace.approach[index]
-    off = (trace.compression < 0.0) & ((trace.head - trace.head[index]) @ out > _LEFT)
-    ended = np.linalg.norm(trace.head - trace.head[-1], axis=1) < _ARRIVED
-    return velocity @ out >= _TOWARDS * np.linalg.norm(velocity, axis=1), off & ended
+    gone = trace.head - trace.head[index]
+    way = gone @ out
+    nearest = np.minimum.accumulate(way[::-1])[::-1]  # from here to the end
+    left = (trace.compression < 0.0) & (way > _LEFT) & (way >= _OUT * np.linalg.norm(gone, axis=1))
+    left &= way - nearest < _GIVEN_BACK
+    return velocity @ out >= _TOWARDS * np.linalg.norm(velocity, axis=1), left
 
 
 def _back(trace: TraceData, velocity: Array, first: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -137,20 +142,19 @@ def detected(trace: TraceData, fault: float, reports: Sequence[Report]) -> float
     """Time from the fault to the first sign that it was noticed [s]; infinite without one.
 
     A sign is a report of the driver that it retracts, holds or is at fault, that it has lost the controller
-    or that gives a new reason; or the end of the command stream.
+    or that gives a new reason; of a driver that reports nothing any more, the end of its stream.
     """
     before = [report for report in reports if report.stamp <= fault]
+    after = [report for report in reports if report.stamp > fault]
     known = before[-1].reason if before else ""
-    signs = [
-        report.stamp
-        for report in reports
-        if report.stamp > fault
-        and (report.state in _ALARMED or not report.connected or report.reason not in ("", known))
-    ]
+    for report in after:
+        if report.state in _ALARMED or not report.connected or report.reason not in ("", known):
+            return report.stamp - fault
     frames = trace.frame_stamp
-    if len(frames) and len(trace.stamp) and fault - _SILENT < frames[-1] < trace.stamp[-1] - _SILENT:
-        signs.append(max(float(frames[-1]), fault))
-    return min(signs) - fault if signs else math.inf
+    silent = not after or after[-1].stamp < fault + _SILENT
+    if silent and len(frames) and fault - _SILENT < frames[-1] < trace.stamp[-1] - _SILENT:
+        return max(float(frames[-1]) - fault, 0.0)
+    return math.inf
 
 
 def _moves_again(calm: NDArray[np.bool_]) -> bool:

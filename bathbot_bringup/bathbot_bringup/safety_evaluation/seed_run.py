@@ -1,6 +1,7 @@
 """All trials of one seed, on one graph for as long as it lives."""
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,12 +12,18 @@ from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.kinematics import Kinematics
 
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.safety_evaluation.fault_table import REGION, FaultCase, Phase
-from bathbot_bringup.safety_evaluation.measures import STANDS, head_velocity, react, retract_delay
+from bathbot_bringup.safety_evaluation.fault_table import REGION, Duty, FaultCase, Nearer, Phase, Strike
+from bathbot_bringup.safety_evaluation.measures import (
+    STANDS,
+    head_velocity,
+    react,
+    retract_begins,
+    retract_delay,
+)
 from bathbot_bringup.safety_evaluation.place import Place, find_place
 from bathbot_bringup.safety_evaluation.strikes import onset, strike_at
 from bathbot_bringup.safety_evaluation.trial_graph import TrialGraph, trial_graph
-from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan, plan_trial
+from bathbot_bringup.safety_evaluation.trial_plan import plan_trial
 from bathbot_bringup.safety_evaluation.trial_result import Bounds, TrialResult, judge
 from bathbot_bringup.safety_evaluation.trial_run import SpoiltTrialError, TrialRun
 from bathbot_bringup.sim.scenario import load_scenario
@@ -79,9 +86,13 @@ class SeedRun:
         self._leave(run, case)
         fault = onset(struck, trace, case.strike)
         trace = until(trace, struck.until)
-        demand_phase(trace, fault, plan)
+        demand_phase(trace, fault, plan.phase, case.strike)
         reaction = react(trace, fault, plan.phase, case.duty, reports)
-        delay = retract_delay(trace, fault, self._bounds.retract, self._kinematics)
+        delay = math.nan
+        if case.duty is Duty.LEAVE:
+            delay = retract_delay(trace, fault, self._bounds.retract, self._kinematics)
+            begun = retract_begins(trace, fault, self._kinematics) - fault
+            reaction = reaction._replace(detect=min(reaction.detect, begun))
         said = "; ".join(
             dict.fromkeys(report.reason for report in reports if report.stamp > fault and report.reason)
         )
@@ -123,7 +134,7 @@ def until(trace: TraceData, end: float) -> TraceData:
     )
 
 
-def demand_phase(trace: TraceData, fault: float, plan: TrialPlan) -> None:
+def demand_phase(trace: TraceData, fault: float, phase: Phase, strike: Strike) -> None:
     """Insist that the fault met the arm in the phase that was meant.
 
     Raises:
@@ -134,10 +145,9 @@ def demand_phase(trace: TraceData, fault: float, plan: TrialPlan) -> None:
         raise SpoiltTrialError("the trace begins after the fault")
     speed = float(np.linalg.norm(head_velocity(trace)[before], axis=1).mean())
     touches = bool((np.linalg.norm(trace.force[before], axis=1) > 0.0).any())
-    if touches is (plan.phase in (Phase.TRANSIT, Phase.SEEK)) or (speed < STANDS) is (
-        plan.phase is not Phase.REST
-    ):
+    touching = phase in (Phase.REST, Phase.SCRUB) or isinstance(strike, Nearer)
+    if touches is not touching or (speed < STANDS) is not (phase is Phase.REST):
         raise SpoiltTrialError(
-            f"the fault came too late for {plan.phase.value}: {1e3 * speed:.0f} mm/s, "
+            f"the fault did not meet the arm in phase {phase.value}: {1e3 * speed:.0f} mm/s, "
             f"{'in' if touches else 'no'} contact"
         )

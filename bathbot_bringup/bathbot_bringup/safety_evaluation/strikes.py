@@ -7,6 +7,7 @@ from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_scrub.rm65.force_limits import shipped_force_limits
 
 from bathbot_bringup.safety_evaluation.fault_table import Frozen, Jammed, Killed, Nearer, Ordered, Planner
 from bathbot_bringup.safety_evaluation.operator_node import LastPose
@@ -34,8 +35,9 @@ class Struck(NamedTuple):
 def onset(struck: Struck, trace: TraceData, strike: object) -> float:
     """When the fault began, by the trace [s].
 
-    Ordered faults: as the emulator noted. A body nearer than believed: the first touch. A planner that fails:
-    when the head is within 2 mm of the last pose it was given, for up to there it has good data.
+    Ordered faults: as the emulator noted. A body nearer than believed: when the true force is what counts as
+    felt. A planner that fails: when the head is within 2 mm of the last pose it was given, for up to there it
+    has good data.
 
     Raises:
         SpoiltTrialError: When it did not begin at all.
@@ -46,7 +48,8 @@ def onset(struck: Struck, trace: TraceData, strike: object) -> float:
             raise SpoiltTrialError(f"the emulator did not begin the fault {struck.kind}")
         return float(begun[0])
     if isinstance(strike, Nearer):
-        return _first(trace, np.linalg.norm(trace.force, axis=1) > 0.0, "the brush did not touch")
+        felt = np.linalg.norm(trace.force, axis=1) >= shipped_force_limits().contact
+        return _first(trace, felt, "the brush did not touch")
     if struck.path_end is not None:
         near = np.linalg.norm(trace.head - struck.path_end.position, axis=1) < _AT_END
         after = trace.stamp > max(struck.stamp, struck.path_end.stamp)

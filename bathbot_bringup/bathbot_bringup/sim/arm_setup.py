@@ -38,9 +38,12 @@ class Frames:
     """Named frames of one sort, one of them in use."""
 
     def __init__(self, default: str, entry: ToolFrame) -> None:
-        """Begin with one frame that can be neither changed nor deleted."""
+        """Begin with one frame that can be neither changed nor deleted.
+
+        `T` is the transform of the frame in use, (4, 4).
+        """
         self._default, self._entries = default, {default: entry}
-        self.current = default
+        self.change(default)
 
     @property
     def names(self) -> list[str]:
@@ -56,11 +59,6 @@ class Frames:
         if name not in self._entries:
             raise ProtocolError(f"no frame {name!r}; there are {', '.join(self._entries)}")
         return self._entries[name]
-
-    @property
-    def T(self) -> Array:
-        """Transform of the frame in use, (4, 4)."""
-        return pose_from_wire(self.get(self.current).pose)
 
     def add(self, name: str, entry: ToolFrame) -> None:
         """Enter a new frame.
@@ -82,6 +80,7 @@ class Frames:
         """
         self._check_ours(name)
         self._entries[name] = entry
+        self.change(self.current)
 
     def delete(self, name: str) -> None:
         """Remove a frame that is not in use.
@@ -100,8 +99,8 @@ class Frames:
         Raises:
             ProtocolError: When there is none of this name.
         """
-        self.get(name)
-        self.current = name
+        self.current, self.T = name, pose_from_wire(self.get(name).pose)
+        self.T_inverse = inverse(self.T)
 
     def _check_ours(self, name: str) -> None:
         self.get(name)
@@ -127,8 +126,8 @@ class ArmSetup:
 
     def tool_pose(self, T_base_flange: Array) -> Array:
         """Pose of the tool in the work frame, (4, 4), of a pose of the flange in the base."""
-        return inverse(self.works.T) @ T_base_flange @ self.tools.T
+        return self.works.T_inverse @ T_base_flange @ self.tools.T
 
     def flange_pose(self, T_work_tool: Array) -> Array:
         """Pose of the flange in the base, (4, 4), of a pose of the tool in the work frame."""
-        return self.works.T @ T_work_tool @ inverse(self.tools.T)
+        return self.works.T @ T_work_tool @ self.tools.T_inverse

@@ -5,7 +5,7 @@ Not thread-safe: the emulator holds one lock around it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD, Kinematics
@@ -19,7 +19,7 @@ from bathbot_bringup.sim.arm_faults import (
     joint_trouble,
 )
 from bathbot_bringup.sim.arm_health import OVER_SPEED, TARGET_OVER_LIMIT, ArmHealth
-from bathbot_bringup.sim.arm_setup import ArmSetup
+from bathbot_bringup.sim.arm_setup import DRIVE_LIMITS, ArmSetup
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
 from bathbot_bringup.sim.controller_force import ForceSensor
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
@@ -68,7 +68,7 @@ class Controller:
             faults: What fails, looked at in every step.
         """
         self.arm = arm
-        self.setup = ArmSetup(limits=arm.limits)
+        self.setup = ArmSetup(replace(arm.limits, acceleration=DRIVE_LIMITS.acceleration))
         self.faults = faults or FaultSchedule()
         self.dynamics = JointDynamics(joints, arm.limits)
         self.target = self.dynamics.joints  # where the joints shall go

@@ -5,6 +5,7 @@ One lock stands around the controller.
 """
 
 import asyncio
+import ipaddress
 import logging
 import math
 import threading
@@ -35,6 +36,8 @@ from bathbot_bringup.sim.trace import Trace
 
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
+_LATE = 2.5 * STEP  # [s] behind its schedule at which a step pushes no more
+_GIVEN_UP = 0.5  # [s] behind at which the schedule begins anew
 
 
 class Truth(NamedTuple):
@@ -78,7 +81,7 @@ class Emulator:
         self._lock = threading.Lock()
         self._sender = PushSender(self.faults)
         self.sessions = Sessions(self.answer, self.faults, self._meet)
-        self.late = 0
+        self.late = 0  # steps that did not come in time, ever
         self._open = True
         self._loop = asyncio.new_event_loop()
         try:
@@ -90,6 +93,8 @@ class Emulator:
             raise ArmConnectionError(
                 f"cannot listen on {settings.host}:{settings.port}: {error}; choose another host or port"
             ) from error
+        if not is_loopback(settings.host):
+            log.warning("the emulator listens on %s: whoever reaches it may move its arm", settings.host)
         self.port = int(self._server.sockets[0].getsockname()[1])
         self._threads = [
             threading.Thread(target=self._serve, name="emulator-tcp", daemon=True),
@@ -162,20 +167,26 @@ class Emulator:
         self._loop.run_forever()
 
     def _run(self) -> None:
-        """Step the arm on an absolute schedule, so that lateness does not add up."""
+        """Step the arm on an absolute schedule, so that lateness does not add up.
+
+        Steps that were missed are made up for, so that the arm moves as far as it would have; but they push
+        nothing: whoever listens must not get a burst of states that are old.
+        """
         raise_priority()
         due, count = time.monotonic(), 0
         while self._open:
-            self._step(time.monotonic(), count)
+            now = time.monotonic()
+            behind = now - due
+            if behind > _GIVEN_UP:
+                self.late += int(behind / STEP)
+                due, behind = now, 0.0
+            self.late += behind > _LATE
+            self._step(now, count, behind <= _LATE)
             count += 1
             due += STEP
-            wait = due - time.monotonic()
-            if wait > 0:
-                time.sleep(wait)
-            elif wait < -0.1:  # the machine stood still: do not hurry after it
-                due, self.late = time.monotonic(), self.late + 1
+            time.sleep(max(due - time.monotonic(), 0.0))
 
-    def _step(self, now: float, count: int) -> None:
+    def _step(self, now: float, count: int, in_time: bool) -> None:
         events = self.faults.update(now)
         with self._lock:
             for event in events:
@@ -183,7 +194,7 @@ class Emulator:
             controller, push = self._desk.controller, self._desk.push
             settled = controller.step()
             silent = "stalled" in self.faults or "power_cut" in self.faults
-            due = push.enable and count % push.cycle == 0 and not silent
+            due = in_time and push.enable and count % push.cycle == 0 and not silent
             state = datagram(controller, push) if due else None
         self.trace.events(events)
         pushed = self._sender.send(state, (push.ip or self._desk.peer, push.port), now) if state else math.nan
@@ -209,6 +220,14 @@ class Emulator:
                 later(self.sessions.take_held)
 
 
+def is_loopback(host: str) -> bool:
+    """Whether an address is heard by this machine only; of a name that is known of localhost alone."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
 def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float]:
     """A step for the trace: the truth after it, and the resultant as pushed [N]."""
     dynamics, T, contact = controller.dynamics, controller.T_base_head, controller.contact
@@ -216,14 +235,3 @@ def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float
         stamp, *dynamics.positions, *dynamics.speeds, *T[:3, 3], *T[:3, 2], *contact.force,
         contact.compression, contact.indentation, pushed,
     ]  # fmt: skip
-
-
-def run(
-    settings: EmulatorSettings,
-    surface: SkinSurface | None = None,
-    clock: Callable[[], float] = time.monotonic,
-) -> None:
-    """Run an emulator until Ctrl-C."""
-    with Emulator(settings, surface, clock) as emulator:
-        log.info("RM65-%s emulator listens on %s:%d", settings.variant, settings.host, emulator.port)
-        threading.Event().wait()

@@ -10,6 +10,7 @@ from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
 
 log = logging.getLogger(__name__)
+_MOST = 200  # clients at a time
 _MAX_UNREAD = 1 << 20  # [bytes] a client may leave unread, or wait to be read, before it is cut off
 
 
@@ -65,7 +66,7 @@ class Session(asyncio.Protocol):
         self.transport = transport  # type: ignore[assignment]
         self._sessions.add(self)
         self._sessions.meet(str(transport.get_extra_info("peername")[0]))
-        if "dropped_tcp" in self._sessions.faults:
+        if "dropped_tcp" in self._sessions.faults or len(self._sessions) > _MOST:
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
-from bathbot_bringup.sim.arm_setup import DRIVE_LIMITS, Speeds
+from bathbot_bringup.sim.arm_setup import Speeds
 
 Array = NDArray[np.float64]
 _TURN_LENGTH = 0.1  # [m/rad] that a turn on the spot counts in `densify`
@@ -72,7 +72,7 @@ class Planner:
             JointLimitError: Beyond a joint's limit.
         """
         lengths, joints = joint_move(start, goal, limits=self._limits)
-        acceleration = float(DRIVE_LIMITS.acceleration.max())
+        acceleration = float(self._limits.acceleration.max())
         path = timed_path(lengths, joints, acceleration, self._limits, share)
         pace = Pace(float(self._limits.speed.max()) * share, acceleration, 10.0 * acceleration)
         return Plan(path, pace, motion)

@@ -52,7 +52,7 @@ class ArmClient:
         """
         self.host, self.port = host, port
         self.connection = Connection(False, "not yet connected")
-        self.protocol_errors = 0
+        self.protocol_errors, self.last_error = 0, ""
         self._on_connection, self._on_event = on_connection, on_event
         self._socket: socket.socket | None = None
         self._sending, self._requesting = threading.Lock(), threading.Lock()
@@ -206,7 +206,7 @@ class ArmClient:
                     return "closed by the controller"
                 for frame in buffer.feed(data):
                     if isinstance(frame, ProtocolError):
-                        self.protocol_errors += 1
+                        self.protocol_errors, self.last_error = self.protocol_errors + 1, str(frame)
                     else:
                         self._sort(frame)
             except (OSError, ProtocolError) as error:

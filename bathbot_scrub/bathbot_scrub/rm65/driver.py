@@ -162,7 +162,7 @@ class ArmDriver:
         with self.loop.lock:
             if self.loop.guard.moving or self.loop.guard.touching:
                 raise NotReadyError("zeroing needs an arm at rest off the skin; retract or stop first")
-        return self.link.zero_force(self.limits.zero_residual)
+        return self.link.zero_force(self.limits)
 
     def snapshot(self) -> Snapshot:
         """What the driver does now."""

@@ -10,9 +10,10 @@ from typing import Any
 
 import yaml
 
-from bathbot_scrub.rm65.errors import ArmSettingsError
+from bathbot_scrub.rm65.errors import ArmSettingsError, NotReadyError
 
 _SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
+BRISTLES = 0.010  # [m] that the brush gives, at `give` [N]
 _NAME = Path("config") / "force_limits.yaml"
 
 
@@ -80,6 +81,28 @@ class ForceLimits:
                 f"no force limits for region {name!r}; known are {', '.join(self.regions)}"
             )
         return self.regions[name]
+
+    def comfortable(self, name: str, compression: float) -> float:
+        """The compression [m] nearest to the one wanted whose force lies in a region's comfort band.
+
+        Raises:
+            ArmSettingsError: When the file has no such region.
+        """
+        least, most = self.region(name).comfort
+        stiffness = self.give / BRISTLES
+        return min(max(compression, least / stiffness), most / stiffness, BRISTLES)
+
+    def check_zeroed(self, residual: float) -> None:
+        """Refuse a zeroing that leaves too much.
+
+        Raises:
+            NotReadyError: With what remains [N].
+        """
+        if not residual <= self.zero_residual:
+            raise NotReadyError(
+                f"{residual:.2f} N remain after zeroing, more than {self.zero_residual} N; "
+                "is the arm at rest and free?"
+            )
 
     def gentlest(self) -> RegionLimits:
         """Limits that hold wherever the head may be: those of the region that bears least."""

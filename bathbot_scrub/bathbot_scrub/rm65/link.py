@@ -17,6 +17,7 @@ from bathbot_scrub.rm65.client import ArmClient, Connection
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, RefusedError
 from bathbot_scrub.rm65.force_excess import Reading
+from bathbot_scrub.rm65.force_limits import ForceLimits
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
 from bathbot_scrub.rm65.tool_weight import ToolWeight
 from bathbot_scrub.rm65.vital_signs import Activity, Connected, Signs, VitalSigns
@@ -27,7 +28,7 @@ _RETRY = 1.0  # [s] between attempts to order the push
 _SETTLE = 0.15  # [s] for the filter after zeroing
 _SILENCE = 2.0  # [s] without push after which it is ordered again
 _ASK = 0.05  # [s] between questions that show that the controller still listens
-_UNSTEADY = 0.5  # [N] that the force may change by while it is zeroed
+_WATCHED = 0.05  # [s] for which the force must be steady before it is zeroed
 _NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
 
 
@@ -65,6 +66,7 @@ class Link:
         self._told: set[str] = set()  # since it last worked
         self._ready, self._powered = False, True
         self._set_up_at = 0.0  # [s]
+        self._zeroed, self._told_bad = False, False  # at least once
         self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
@@ -112,27 +114,44 @@ class Link:
                 {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
             )
 
-    def zero_force(self, most: float) -> float:
+    def zero_force(self, limits: ForceLimits) -> float:
         """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
 
         Raises:
-            NotReadyError: When more than `most` [N] remains.
+            NotReadyError: When the head is touched: the force is not steady, or far from the last zero.
             RefusedError: When the controller refuses.
             ArmConnectionError: Without connection.
         """
-        sample, before = self.sample, self.wrench
+        self._check_untouched(limits)
+        sample = self.sample
         self.client.demand({"command": "clear_force_data"}, "clear_state")
         time.sleep(0.03)  # samples on their way are older than the reply
         with self._filter_lock:
             self._filter.reset()
             self._pull_at_zero = np.zeros(6) if sample is None else self._pull(sample)
         time.sleep(_SETTLE)
-        residual = math.inf if self.wrench is None or before is None else self.wrench.force
-        if not residual <= most:
-            raise NotReadyError(
-                f"{residual:.2f} N remain after zeroing, more than {most} N; is the arm at rest and free?"
-            )
+        residual = math.inf if self.wrench is None else self.wrench.force
+        limits.check_zeroed(residual)
+        self._zeroed = True
         return residual
+
+    def _check_untouched(self, limits: ForceLimits) -> None:
+        """Refuse to zero a force that changes, or that was zeroed before and is too high now."""
+        felt, until = [], time.monotonic() + _WATCHED
+        while time.monotonic() < until:
+            felt.append(np.zeros(3) if self.wrench is None else self.wrench.filtered[:3])
+            time.sleep(_WATCHED / 10.0)
+        change = float(np.ptp(felt, axis=0).max())
+        if not change <= limits.zero_residual:
+            raise NotReadyError(
+                f"the force changes by {change:.2f} N: something touches the head; free it first"
+            )
+        force = float(np.linalg.norm(felt[-1]))
+        if self._zeroed and force > limits.transit:
+            raise NotReadyError(
+                f"{force:.1f} N are felt where nothing should be: free the head; if nothing touches it, the "
+                "sensor has drifted: start the driver anew"
+            )
 
     def close(self) -> None:
         """End everything."""
@@ -194,6 +213,10 @@ class Link:
         self._asked = time.monotonic()
         answer = self.client.request({"command": "get_arm_power_state"})
         self._asked, self._powered = None, answer.get("power_state", 1) in (1, True)
+        bad = self.client.last_error or self.receiver.last_error
+        if bad and not self._told_bad:
+            self._told_bad = True  # the rest is only counted
+            self._warn(f"what the controller sent was refused: {bad}")
         if self.trouble and self.receiver.age() < _SILENCE:
             self.trouble = ""
             self._told.clear()

@@ -1,0 +1,21 @@
+"""The page on safety says what the code does."""
+
+import re
+from pathlib import Path
+
+from bathbot_scrub.rm65.guard_states import TRANSITIONS
+from bathbot_scrub.rm65.watchdogs import WATCHDOGS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
+
+
+def test_the_diagram_shows_every_transition_and_no_other():
+    drawn = re.findall(r"^    ([A-Z]+) --> ([A-Z]+): (.+)$", PAGE, re.MULTILINE)
+    assert drawn == [(way.before.name, way.after.name, way.because) for way in TRANSITIONS]
+
+
+def test_the_table_shows_every_watchdog_and_no_other():
+    head = "| name | watches | deadline | reaction |"
+    rows = PAGE.split(head)[1].split("\n\n")[0].strip().splitlines()[1:]
+    shown = [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows]
+    assert shown == [(dog.name, dog.watches, dog.deadline, dog.reaction.name) for dog in WATCHDOGS]
