@@ -110,10 +110,11 @@ class World:
         self.detections = publish(Detection2DArray, "skin_regions", 10)
         self.extrinsics = publish(Extrinsics, "depth/corrected/depth_to_color", LATCHED)
         self.static = publish(TFMessage, "/tf_static", LATCHED)
-        self.targets, self.surfaces, self.statics, self.status = [], [], [], []
+        self.targets, self.surfaces, self.clouds, self.statics, self.status = [], [], [], [], []
         listen = node.create_subscription
         listen(ContactTargets, "contact_targets", self.targets.append, 10)
         listen(PointCloud2, "surface", self.surfaces.append, 5)
+        listen(PointCloud2, "body_cloud", self.clouds.append, 5)
         listen(TFMessage, "/tf_static", self.statics.append, LATCHED)
         listen(
             DiagnosticArray, "/diagnostics", lambda message: self.status.append(message.status[0].message), 10
@@ -127,6 +128,15 @@ class World:
             TFMessage(
                 transforms=[stamped_from_transform(T_LINK_COLOUR, header, "camera_color_optical_frame")]
             )
+        )
+
+    def publish_arm(self):
+        """An arm that is folded far behind the camera."""
+        header = Header(frame_id="base_link")
+        far = transform_from(translation=(-2.0, 0.0, 0.0))
+        names = (*(f"Link{index}" for index in range(1, 7)), "scrub_head")
+        self.static.publish(
+            TFMessage(transforms=[stamped_from_transform(far, header, name) for name in names])
         )
 
     def publish_pictures(self, depth=None):
@@ -185,6 +195,19 @@ def test_pictures_become_a_target_a_surface_and_the_place_of_the_camera(world):
     ]
     assert camera[0].parent == "base_link"
     np.testing.assert_allclose(camera[0].transform, T_BASE_COLOUR @ inverse(T_LINK_COLOUR), atol=1e-9)
+
+
+def test_the_body_is_told_of_only_where_the_arm_can_be_left_out(world):
+    world.publish_fixed()
+    wait_for(lambda: world.surfaces, every=world.publish_pictures)
+    assert not world.clouds
+    world.publish_arm()
+    wait_for(lambda: world.clouds, every=world.publish_pictures)
+    cloud = world.clouds[-1]
+    assert (cloud.header.frame_id, cloud.height) == ("base_link", 1)
+    points = surface_from_cloud(cloud)[0]
+    assert len(points) > 30
+    assert np.abs(np.linalg.norm(points - (0.55, 0.0, 0.25), axis=-1) - 0.15).max() < 0.02
 
 
 def test_no_depth_gives_an_empty_list_and_a_reason(world):
