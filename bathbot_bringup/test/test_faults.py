@@ -148,6 +148,8 @@ def test_what_is_no_trace_is_refused(tmp_path):
             load_trace(tmp_path / name)
     with pytest.raises(InputError, match="cannot write trace"):
         Trace(kept=1).write("/proc/no/trace.npz")
+    with pytest.raises(InputError, match="choose another name"):
+        Trace(kept=1).write(tmp_path / "x.yaml")
 
 
 def test_a_step_of_the_trace_costs_little():
