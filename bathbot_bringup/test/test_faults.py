@@ -55,9 +55,7 @@ def test_whatever_is_written_is_a_fault_or_one_line(mapping):
         assert math.isnan(kind.value) or kind.lowest <= fault.value <= kind.highest
 
 
-@pytest.mark.parametrize(
-    "text", ["", "{", "[" * 2000, "kind: tea", "\0", "- 1", "{kind: lost_udp, value: 3}"]
-)
+@pytest.mark.parametrize("text", ["", "{", "[" * 600, "kind: tea", "\0", "- 1", "{kind: lost_udp, value: 3}"])
 def test_text_that_is_no_fault_is_refused(text):
     with pytest.raises(SettingsError):
         read_fault(text)

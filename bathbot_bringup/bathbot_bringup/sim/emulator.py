@@ -79,13 +79,13 @@ class Emulator:
         )
         self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace, self._let_go)
         self._lock = threading.Lock()
-        self._sender = PushSender(self.faults)
         self.sessions = Sessions(self.answer, self.faults, self._meet)
         self.late = 0  # steps that did not come in time, ever
         self._open = True
         self._loop = asyncio.new_event_loop()
         self._server = self._listen(settings.host, settings.port)
         self.port = int(self._server.sockets[0].getsockname()[1])
+        self._sender = PushSender(self.faults)
         self._threads = [
             threading.Thread(target=self._serve, name="emulator-tcp", daemon=True),
             threading.Thread(target=self._run, name="emulator-arm", daemon=True),
