@@ -99,17 +99,6 @@ def test_more_clients_than_it_takes_are_sent_away(emulator):
     assert works(emulator)
 
 
-def test_clients_that_never_read_do_not_slow_the_arm_down(emulator):
-    with contextlib.ExitStack() as stack:
-        greedy = [stack.enter_context(connect(emulator, 0.2)) for _ in range(5)]
-        for client in greedy:
-            with contextlib.suppress(OSError):
-                for _ in range(30):
-                    client.sendall(encode({"command": "get_DH_data"}) * 500)
-        assert works(emulator)
-    until(lambda: not emulator.sessions)
-
-
 @LENIENT
 @given(data=st.data(), name=st.sampled_from(sorted(EXAMPLES)))
 def test_any_value_in_any_field_is_granted_or_refused_in_the_protocol_s_words(data, name):

@@ -29,7 +29,7 @@ def emulator():
 def test_the_beat_is_200_hz(emulator):
     late = emulator.late
     emulator.trace.clear()
-    until(lambda: len(emulator.trace.data().stamp) > 400)
+    until(lambda: len(emulator.trace.data().stamp) > 300)
     data = emulator.trace.data()
     elapsed = data.stamp[-1] - data.stamp[0]
     rate = (len(data.stamp) - 1) / elapsed

@@ -28,7 +28,7 @@ class Bench:
         self.client.start()
         until(lambda: self.client.connection.connected)
         self.receiver = StateReceiver(0, self.samples.append)
-        self.client.demand({"command": "set_realtime_push", "port": self.receiver.port}, "state")
+        self.demand({"command": "set_realtime_push", "port": self.receiver.port}, "state")
         until(lambda: self.samples)
 
     def order(self, kind, **values):
@@ -56,6 +56,11 @@ class Bench:
     def query(self):
         return self.client.request({"command": "get_joint_degree"})
 
+    def demand(self, frame, key):
+        """Ask for something, patiently: the machine may be busy."""
+        if self.client.request(frame, timeout=10.0).get(key) is not True:
+            raise RefusedError(str(frame))
+
     def close(self):
         self.receiver.close()
         self.client.close()
@@ -74,8 +79,8 @@ def bench(module_bench):
     yield module_bench
     module_bench.healthy()
     until(lambda: module_bench.client.connection.connected)
-    module_bench.client.demand({"command": "clear_system_err"}, "clear_state")
-    module_bench.client.demand({"command": "set_arm_power", "arm_power": 1}, "arm_power")
+    module_bench.demand({"command": "clear_system_err"}, "clear_state")
+    module_bench.demand({"command": "set_arm_power", "arm_power": 1}, "arm_power")
     module_bench.after()
 
 
@@ -93,7 +98,7 @@ def test_a_frozen_force_repeats_itself_and_a_healthy_one_never(bench):
     ("kind", "value", "felt"), [("biased_force", -12.0, -12.0), ("saturated_force", -150.0, -150.0)]
 )
 def test_a_wrong_force_is_wrong_by_its_value(bench, kind, value, felt):
-    bench.client.demand({"command": "clear_force_data"}, "clear_state")
+    bench.demand({"command": "clear_force_data"}, "clear_state")
     bench.order(kind, value=value)
     assert_allclose(forces(bench.after())[-5:, 2], felt, atol=4.0)
 
@@ -109,8 +114,8 @@ def test_a_force_that_is_no_number_is_null_and_refused_by_the_receiver(bench):
     rejected = bench.receiver.rejected
     until(lambda: bench.receiver.rejected > rejected + 5)
     assert "zero_force" in bench.receiver.last_error
-    assert bench.client.request({"command": "get_force_data"})["zero_force_data"] == [None] * 6
-    bench.client.demand({"command": "clear_force_data"}, "clear_state")
+    assert bench.client.request({"command": "get_force_data"}, timeout=10.0)["zero_force_data"] == [None] * 6
+    bench.demand({"command": "clear_force_data"}, "clear_state")
     bench.healthy()
     assert np.isfinite(forces(bench.after())).all()
 
@@ -130,11 +135,9 @@ def test_a_lost_push_is_silent_and_the_trace_says_so(bench):
 
 
 def test_a_slow_push_is_slow(bench):
-    bench.order("slow_udp", value=0.1)
-    bench.after(2)
-    pushed = np.isfinite(bench.emulator.trace.data().pushed_force)
-    bench.steps(100)
-    pushed = np.isfinite(bench.emulator.trace.data().pushed_force[-100:])
+    bench.order("slow_udp", value=0.05)
+    bench.steps(70)
+    pushed = np.isfinite(bench.emulator.trace.data().pushed_force[-60:])
     assert 3 <= pushed.sum() <= 7
 
 
@@ -151,15 +154,15 @@ def test_a_garbled_push_is_refused(bench):
 
 
 def test_after_a_time_jump_all_comes_at_once(bench):
-    bench.order("time_jump", value=0.2)
-    stamps = np.array([sample.stamp for sample in bench.after(120)])
+    bench.order("time_jump", value=0.12)
+    stamps = np.array([sample.stamp for sample in bench.after(60)])
     gaps = np.diff(stamps)
-    assert (gaps > 0.1).any()
+    assert (gaps > 0.06).any()
     assert np.median(gaps) < 0.002
 
 
 def test_dropped_clients_come_back_when_it_is_over(bench):
-    bench.order("dropped_tcp", duration=0.4)
+    bench.order("dropped_tcp", duration=0.2)
     until(lambda: not bench.client.connection.connected)
     until(lambda: "dropped_tcp" not in bench.emulator.faults)
     until(lambda: bench.client.connection.connected)
@@ -168,12 +171,12 @@ def test_dropped_clients_come_back_when_it_is_over(bench):
 
 
 def test_a_slow_controller_answers_late_but_all(bench):
-    bench.order("slow_reply", value=0.7)
+    bench.order("slow_reply", value=0.6)
     with pytest.raises(ArmConnectionError, match="no reply"):
         bench.query()
     begun = time.monotonic()
     bench.client.request({"command": "get_joint_max_pos"}, timeout=10.0)
-    assert time.monotonic() - begun >= 0.6
+    assert time.monotonic() - begun >= 0.5
 
 
 def test_a_deaf_controller_takes_connections_and_says_nothing(bench):
@@ -187,10 +190,10 @@ def test_a_deaf_controller_takes_connections_and_says_nothing(bench):
     assert_allclose(bench.emulator.truth().joints, READY, atol=1e-6)
 
 
-def move(bench, offset=(20, 0, 0, 0, 0, 0)):
+def move(bench, offset=(40, 0, 0, 0, 0, 0)):
     goal = [round(1000 * q) for q in np.add(READY_DEG, offset)]
-    bench.client.demand(
-        {"command": "movej", "v": 20, "joint": goal, "trajectory_connect": 0, "r": 0}, "receive_state"
+    bench.demand(
+        {"command": "movej", "v": 50, "joint": goal, "trajectory_connect": 0, "r": 0}, "receive_state"
     )
     until(lambda: np.abs(bench.emulator.truth().joints - READY).max() > 0.05)
 
@@ -200,9 +203,9 @@ def back(bench):
     bench.healthy()
     for frame, key in (({"command": "clear_system_err"}, "clear_state"),
                        ({"command": "set_arm_power", "arm_power": 1}, "arm_power")):  # fmt: skip
-        bench.client.demand(frame, key)
+        bench.demand(frame, key)
     goal = [round(1000 * q) for q in READY_DEG]
-    bench.client.demand({"command": "movej", "v": 50, "joint": goal}, "receive_state")
+    bench.demand({"command": "movej", "v": 100, "joint": goal}, "receive_state")
     until(lambda: np.abs(bench.emulator.truth().joints - READY).max() < 1e-3)
 
 
@@ -213,12 +216,12 @@ def test_a_fault_of_the_arm_stops_it_and_the_stream_is_not_obeyed(bench, kind, c
     move(bench)
     bench.order(kind, **({} if kind == "collision_stop" else {"value": 1}))
     until(lambda: bench.samples[-1].errors == (code,))
-    bench.steps(80)
+    bench.steps(50)
     stood = bench.emulator.truth().joints
     bench.client.stream_joints(stood + 0.02)
-    bench.steps(40)
-    assert_allclose(bench.emulator.truth().joints, stood, atol=1e-4)
-    assert np.abs(stood - READY).max() < np.radians(19)
+    bench.steps(20)
+    assert_allclose(bench.emulator.truth().joints, stood, atol=2e-3)
+    assert np.abs(stood - READY).max() < np.radians(39)
     back(bench)
     assert bench.after()[-1].errors == ()
 
@@ -240,12 +243,12 @@ def test_a_power_cut_brakes_hard_and_silences_all_until_power_is_switched_on(ben
     until(lambda: not bench.client.connection.connected)
     until(lambda: bench.client.connection.connected)
     with pytest.raises(RefusedError):
-        bench.client.demand({"command": "movej", "v": 20, "joint": [0] * 6}, "receive_state")
+        bench.demand({"command": "movej", "v": 20, "joint": [0] * 6}, "receive_state")
     back(bench)
 
 
 def test_a_stalled_controller_goes_to_the_last_target_and_reads_on_afterwards(bench):
-    bench.order("stalled", duration=0.6)
+    bench.order("stalled", duration=0.4)
     bench.client.stream_joints(READY + 0.01)
     bench.steps(20)
     assert_allclose(bench.emulator.truth().joints, READY, atol=1e-3)

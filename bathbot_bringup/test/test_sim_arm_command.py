@@ -49,7 +49,14 @@ def test_help_names_every_kind_of_fault(capsys):
 
 @pytest.mark.parametrize(
     "option",
-    [("--generation", "2"), ("--variant", "7"), ("--host", ""), ("--scenario", "storm"), ("--port", "x")],
+    [
+        ("--generation", "2"),
+        ("--variant", "7"),
+        ("--host", ""),
+        ("--scenario", "storm"),
+        ("--port", "x"),
+        ("--trace", "x.txt"),
+    ],
 )
 def test_a_bad_option_ends_in_one_line(capsys, option):
     assert cli.run(["sim-arm", *option]) == 2

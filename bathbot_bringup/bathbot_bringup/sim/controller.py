@@ -25,7 +25,7 @@ from bathbot_bringup.sim.controller_force import ForceSensor
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.force_position import ForcePosition
 from bathbot_bringup.sim.joint_dynamics import JointDynamics
-from bathbot_bringup.sim.joint_stream import LARGEST_STEP, JointStream, lag
+from bathbot_bringup.sim.joint_stream import LARGEST_STEP, JointStream
 from bathbot_bringup.sim.motion_plan import Motion, Plan, Planner
 from bathbot_bringup.sim.motion_queue import Ending, MotionQueue, Settled, completion
 from bathbot_bringup.sim.skin_contact import SkinContact, collides
@@ -127,15 +127,14 @@ class Controller:
             self._yielded[:] = 0.0
 
     def stream(
-        self, goal: Array, motion: Motion = Motion.STREAM, mode: int = 0, radio: int = 0, led: bool = False
+        self, goal: Array, motion: Motion = Motion.STREAM, time_constant: float = 0.0, led: bool = False
     ) -> None:
         """Take one frame of a stream; a step too far is not followed but reported.
 
         Args:
             goal: Joints [rad], shape (6,).
             motion: What the state push calls it.
-            mode: 0 as it is, 1 curve fit, 2 filter.
-            radio: How much of it.
+            time_constant: Of the smoothing [s].
             led: Whether the controller itself leads there, from anywhere.
         """
         if self.force_position is None:
@@ -149,7 +148,7 @@ class Controller:
             self.health.error = OVER_SPEED
         else:
             self.health.error, self.motion = 0, motion
-            self._stream.take(goal, lag(mode, radio), self.setup.limits.speed if led else None)
+            self._stream.take(goal, time_constant, self.setup.limits.speed if led else None)
 
     def stop(self, slow: bool = False) -> None:
         """Brake; a planned motion is given up."""
@@ -240,7 +239,7 @@ class Controller:
 
     def _yield(self) -> None:
         """Let force control lead away from the motion."""
-        if self.force_position is not None:
+        if self.force_position is not None and self.health.ready:
             speed = self.force_position.joint_speed(
                 self.arm.kinematics, self.target, self.sensor.reading.zero
             )

@@ -30,7 +30,7 @@ from bathbot_bringup.sim.emulator_session import Session, Sessions
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface
 from bathbot_bringup.sim.fault_schedule import FaultEvent, FaultSchedule
-from bathbot_bringup.sim.faults import Fault
+from bathbot_bringup.sim.faults import NONE, Fault
 from bathbot_bringup.sim.push import PushSender, PushSettings, datagram
 from bathbot_bringup.sim.trace import Trace
 
@@ -79,29 +79,32 @@ class Emulator:
         )
         self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace, self._let_go)
         self._lock = threading.Lock()
-        self._sender = PushSender(self.faults)
         self.sessions = Sessions(self.answer, self.faults, self._meet)
         self.late = 0  # steps that did not come in time, ever
         self._open = True
         self._loop = asyncio.new_event_loop()
-        try:
-            self._server = self._loop.run_until_complete(
-                self._loop.create_server(lambda: Session(self.sessions), settings.host, settings.port)
-            )
-        except (OSError, UnicodeError) as error:
-            self._loop.close()
-            raise ArmConnectionError(
-                f"cannot listen on {settings.host}:{settings.port}: {error}; choose another host or port"
-            ) from error
-        if not is_loopback(settings.host):
-            log.warning("the emulator listens on %s: whoever reaches it may move its arm", settings.host)
+        self._server = self._listen(settings.host, settings.port)
         self.port = int(self._server.sockets[0].getsockname()[1])
+        self._sender = PushSender(self.faults)
         self._threads = [
             threading.Thread(target=self._serve, name="emulator-tcp", daemon=True),
             threading.Thread(target=self._run, name="emulator-arm", daemon=True),
         ]
         for thread in self._threads:
             thread.start()
+
+    def _listen(self, host: str, port: int) -> asyncio.Server:
+        try:
+            opened = self._loop.create_server(lambda: Session(self.sessions), host, port)
+            server = self._loop.run_until_complete(opened)
+        except (OSError, UnicodeError) as error:
+            self._loop.close()
+            raise ArmConnectionError(
+                f"cannot listen on {host}:{port}: {error}; choose another host or port"
+            ) from error
+        if not is_loopback(host):
+            log.warning("the emulator listens on %s: whoever reaches it may move its arm", host)
+        return server
 
     def answer(self, request: Frame) -> Frame | None:
         """Answer one request of a client."""
@@ -205,7 +208,7 @@ class Emulator:
 
     def _begin_or_end(self, event: FaultEvent) -> None:
         """Do what happens once, when a fault begins or ends."""
-        log.warning("fault %s %ss", event.kind, event.phase)
+        log.warning("all faults have ended" if event.kind == NONE else f"fault {event.kind} {event.phase}s")
         controller, later = self._desk.controller, self._loop.call_soon_threadsafe
         match event.kind, event.phase:
             case "none", _:

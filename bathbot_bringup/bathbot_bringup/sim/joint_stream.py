@@ -12,10 +12,13 @@ END = 0.1  # [s] without frames after which a stream is over
 LARGEST_STEP = np.radians(10.0)  # per frame; else the joint does not respond
 _FITTED = 0.15  # [s] of lag at mode 1 and radio 100: 15 periods of 10 ms
 _FILTERED = 0.5  # [s] of lag at mode 2 and radio 1000
+_LOW_FOLLOW = 0.05  # [s] of lag without "follow"
 
 
-def lag(mode: int, radio: int) -> float:
-    """Time constant [s] of a trajectory_mode and its radio."""
+def lag(follow: bool, mode: int, radio: int) -> float:
+    """Time constant [s] of a stream: low follow, or a trajectory_mode and its radio."""
+    if not follow:
+        return _LOW_FOLLOW
     return {1: _FITTED * min(radio, 100) / 100.0, 2: _FILTERED * min(radio, 1000) / 1000.0}.get(mode, 0.0)
 
 

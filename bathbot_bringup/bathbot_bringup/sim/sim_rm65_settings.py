@@ -37,6 +37,8 @@ class SimRm65Settings:
             raise SettingsError(f"seed must not be negative, got {self.seed}")
         if not self.epoch >= 0.0:
             raise SettingsError(f"epoch must be a time in s or 0, got {self.epoch}")
+        if self.trace and not self.trace.endswith(".npz"):
+            raise SettingsError(f"trace must be an .npz file, got {self.trace}")
         self.motion()
 
     def emulator(self) -> EmulatorSettings:

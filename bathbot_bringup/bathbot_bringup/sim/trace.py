@@ -111,8 +111,11 @@ class Trace:
         """Write an .npz file; whoever waits for it never sees half of one.
 
         Raises:
-            InputError: When the file cannot be written.
+            InputError: When it cannot be written, or is not to be an .npz: who asks over a topic shall not
+                overwrite anything else.
         """
+        if Path(path).suffix != ".npz":
+            raise InputError(f"a trace is written to an .npz file, got {path}; choose another name")
         content = io.BytesIO()
         np.savez(content, **self.data()._asdict())
         try:

@@ -119,11 +119,15 @@ def _force_position(request: Frame) -> ForcePosition:
     return ForcePosition(in_tool, modes, force, limit)
 
 
+def _check_free(desk: Desk) -> None:
+    if not desk.controller.health.ready or desk.controller.health.tripped:
+        raise ProtocolError("the arm has no power, or an error holds it")
+
+
 @command("set_force_position", "set_state")
 def _hold(desk: Desk, request: Frame) -> Frame:
     wanted = _force_position(request)
-    if not desk.controller.health.power or desk.controller.health.tripped:
-        raise ProtocolError("the arm has no power, or an error holds it")
+    _check_free(desk)
     desk.controller.force_position = wanted
     return answer("set_force_position", set_state=True)
 
@@ -151,5 +155,6 @@ def _stream(desk: Desk, request: Frame) -> None:
     """Take a streamed target together with a force to hold; only a refusal is answered."""
     wanted = _force_position(request)
     joints = streamed_joints(desk, request) if "joint" in request else streamed_pose(desk, request)
+    _check_free(desk)
     desk.controller.force_position = wanted
-    desk.controller.stream(joints, Motion.STREAM_FORCE, **smoothing(request))
+    desk.controller.stream(joints, Motion.STREAM_FORCE, smoothing(request))

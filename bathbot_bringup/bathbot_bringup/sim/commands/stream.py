@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.sim.arm_health import OVER_SPEED, UNREACHABLE
 from bathbot_bringup.sim.commands.table import Desk, answer, command, flag
+from bathbot_bringup.sim.joint_stream import lag
 from bathbot_bringup.sim.motion_plan import Motion
 
 Array = NDArray[np.float64]
@@ -26,10 +27,11 @@ _FASTEST, _FASTEST_TURN = 0.25, 0.6  # [m/s], [rad/s] of movev_canfd
 _SLACK = 1.001  # for rounding
 
 
-def smoothing(request: Frame) -> dict[str, int]:
-    """How a streamed target is smoothed."""
+def smoothing(request: Frame) -> float:
+    """Time constant [s] with which a streamed target is smoothed."""
+    follow = flag(request, "follow") if "follow" in request else True
     mode = integer(request, "trajectory_mode", 0, 2) if "trajectory_mode" in request else 0
-    return {"mode": mode, "radio": integer(request, "radio", 0, 1000) if "radio" in request else 0}
+    return lag(follow, mode, integer(request, "radio", 0, 1000) if "radio" in request else 0)
 
 
 def flange_goal(desk: Desk, request: Frame) -> Array:
@@ -74,12 +76,12 @@ def streamed_pose(desk: Desk, request: Frame) -> Array:
 
 @command("movej_canfd", refusal="")
 def _movej_canfd(desk: Desk, request: Frame) -> None:
-    desk.controller.stream(streamed_joints(desk, request), Motion.STREAM, **smoothing(request))
+    desk.controller.stream(streamed_joints(desk, request), Motion.STREAM, smoothing(request))
 
 
 @command("movep_canfd", refusal="")
 def _movep_canfd(desk: Desk, request: Frame) -> None:
-    desk.controller.stream(streamed_pose(desk, request), Motion.STREAM_POSE, **smoothing(request))
+    desk.controller.stream(streamed_pose(desk, request), Motion.STREAM_POSE, smoothing(request))
 
 
 @command("movej_follow", refusal="")
@@ -119,4 +121,4 @@ def _movev_canfd(desk: Desk, request: Frame) -> None:
     T[:3, :3] = Rotation.from_rotvec(period * axes @ velocity[3:]).as_matrix() @ T[:3, :3]
     joints = joints_for(desk, controller.setup.flange_pose(T))
     desk.trace.frame(time.monotonic(), joints)
-    controller.stream(joints, Motion.STREAM_VELOCITY, **smoothing(request))
+    controller.stream(joints, Motion.STREAM_VELOCITY, smoothing(request))
