@@ -10,7 +10,7 @@ import pytest
 from bathbot_bringup.cli import run
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.safety_evaluation.fault_table import FAULTS, Duty, Ordered, Phase, choose_faults
-from bathbot_bringup.safety_evaluation.place import find_place
+from bathbot_bringup.safety_evaluation.place import find_place, seen_skin
 from bathbot_bringup.safety_evaluation.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
 from bathbot_bringup.safety_evaluation.summary import out_of_bounds, percentile, summarise
 from bathbot_bringup.safety_evaluation.table import markdown
@@ -118,6 +118,11 @@ def test_a_place_is_skin_all_about_and_a_stroke_follows_it():
     distances, _, part = surface.distance(origins, poses[:, :3, 2], 0.0)
     np.testing.assert_allclose(distances, 0.046, atol=1e-5)  # [m]: 4 mm deep
     assert part == "Trunk_skin"
+    skin = seen_skin(surface, target)
+    assert np.isfinite(skin).all(axis=-1).mean() > 0.5
+    aims = np.tile(target[:3, 2], (skin[..., 0].size, 1))
+    met, _, _ = surface.distance(skin.reshape(-1, 3) - 0.01 * aims, aims, 0.0)
+    np.testing.assert_allclose(met[np.isfinite(met)], 0.01, atol=1e-4)
     steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0, append=poses[:1, :3, 3]), axis=1)
     assert steps.max() < 0.004  # [m] also where the stroke closes
 
