@@ -20,7 +20,7 @@ from bathbot_bringup.sim.faults import KINDS, Fault
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
 from bathbot_scrub.rm65.kinematics import Kinematics
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 NAMES = [case.name for case in FAULTS]
@@ -59,6 +59,7 @@ def test_faults_are_chosen_by_name_and_a_wrong_one_is_explained():
         choose_faults(["lost_upd"])
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(0.0, 1e4), min_size=1, max_size=50), st.floats(0.01, 1.0))
 def test_a_percentile_is_one_of_the_values_and_rises_with_its_share(values, share):
     found = percentile(values, share)
