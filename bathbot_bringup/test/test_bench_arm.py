@@ -7,7 +7,7 @@ from bathbot_bringup.bench_arm_stream import PERIOD, regularity
 from bathbot_bringup.cli import run
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.sim.trace import TraceData
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
@@ -23,6 +23,7 @@ def trace_of(gaps, pushed=1.0):
     return TraceData(**empty | {"stamp": stamps, "pushed_force": force, "frame_stamp": frames})
 
 
+@settings(deadline=None)
 @given(late=st.lists(st.floats(0.0201, 0.5), max_size=20), count=st.integers(2, 300), seed=st.integers(0, 99))
 def test_every_gap_above_two_periods_is_counted_once(late, count, seed):
     gaps = np.random.default_rng(seed).permutation([*([PERIOD] * count), *late])
@@ -32,6 +33,7 @@ def test_every_gap_above_two_periods_is_counted_once(late, count, seed):
     assert found.longest_period_ms == pytest.approx(1e3 * max([PERIOD, *late]))
 
 
+@settings(deadline=None)
 @given(jitter=st.floats(0.0, 0.009), count=st.integers(50, 300))
 def test_the_deviation_is_that_of_the_gaps(jitter, count):
     gaps = PERIOD + jitter * np.where(np.arange(count) % 2, 1.0, -1.0)

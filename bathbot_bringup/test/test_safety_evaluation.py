@@ -10,7 +10,7 @@ import pytest
 from bathbot_bringup.cli import run
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.safety_evaluation.fault_table import FAULTS, Duty, Ordered, Phase, choose_faults
-from bathbot_bringup.safety_evaluation.place import find_place
+from bathbot_bringup.safety_evaluation.place import find_place, seen_skin
 from bathbot_bringup.safety_evaluation.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
 from bathbot_bringup.safety_evaluation.summary import out_of_bounds, percentile, summarise
 from bathbot_bringup.safety_evaluation.table import markdown
@@ -20,7 +20,7 @@ from bathbot_bringup.sim.faults import KINDS, Fault
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
 from bathbot_scrub.rm65.kinematics import Kinematics
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 NAMES = [case.name for case in FAULTS]
@@ -59,6 +59,7 @@ def test_faults_are_chosen_by_name_and_a_wrong_one_is_explained():
         choose_faults(["lost_upd"])
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(0.0, 1e4), min_size=1, max_size=50), st.floats(0.01, 1.0))
 def test_a_percentile_is_one_of_the_values_and_rises_with_its_share(values, share):
     found = percentile(values, share)
@@ -118,6 +119,11 @@ def test_a_place_is_skin_all_about_and_a_stroke_follows_it():
     distances, _, part = surface.distance(origins, poses[:, :3, 2], 0.0)
     np.testing.assert_allclose(distances, 0.046, atol=1e-5)  # [m]: 4 mm deep
     assert part == "Trunk_skin"
+    skin = seen_skin(surface, target)
+    assert np.isfinite(skin).all(axis=-1).mean() > 0.5
+    aims = np.tile(target[:3, 2], (skin[..., 0].size, 1))
+    met, _, _ = surface.distance(skin.reshape(-1, 3) - 0.01 * aims, aims, 0.0)
+    np.testing.assert_allclose(met[np.isfinite(met)], 0.01, atol=1e-4)
     steps = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0, append=poses[:1, :3, 3]), axis=1)
     assert steps.max() < 0.004  # [m] also where the stroke closes
 

@@ -15,7 +15,7 @@ from bathbot_bringup.sim.controller import STEP
 from bathbot_bringup.sim.trace import TraceData
 from bathbot_scrub.rm65.force_guard import State
 from bathbot_scrub.rm65.kinematics import Kinematics
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -64,6 +64,7 @@ def reaction(trace, phase=Phase.SCRUB, duty=Duty.STILL, reports=()):
     return react(trace, FAULT, phase, duty, reports)
 
 
+@settings(deadline=None)
 @given(speed=st.floats(0.02, 0.2), stop=st.integers(1, 200))
 def test_the_stop_is_where_the_head_stands(speed, stop):
     found = reaction(trace_of(stroke(speed, stop)))
@@ -72,6 +73,7 @@ def test_the_stop_is_where_the_head_stands(speed, stop):
     assert not found.moved_again
 
 
+@settings(deadline=None)
 @given(stop=st.integers(1, 100), pause=st.integers(10, 90), length=st.integers(1, 50))
 def test_what_stands_and_moves_again_has_not_stopped(stop, pause, length):
     begin = 100 + stop + pause
@@ -91,6 +93,7 @@ def test_an_arm_at_rest_has_stopped_at_once():
     assert (found.stop, found.travel, found.peak) == (0.0, 0.0, 2.0)
 
 
+@settings(deadline=None)
 @given(stop=st.integers(1, 60), length=st.integers(10, 100))
 def test_leaving_counts_as_stopped_and_then_standing_far_off_too(stop, length):
     velocity = stroke(0.05, stop, out=[(100 + stop, 100 + stop + length)])
@@ -100,6 +103,7 @@ def test_leaving_counts_as_stopped_and_then_standing_far_off_too(stop, length):
         assert found.stop == pytest.approx(stop * STEP, abs=1e-9)
 
 
+@settings(deadline=None)
 @given(stop=st.integers(0, 100), out=st.integers(0, 100), length=st.integers(0, 60))
 def test_who_must_leave_is_never_done_before_who_may_stand(stop, out, length):
     trace = trace_of(stroke(0.05, stop, out=[(100 + stop + out, 100 + stop + out + length)]), 2.0)
@@ -136,6 +140,7 @@ def test_in_free_air_the_way_back_is_the_way_it_came_and_no_other():
     assert reaction(trace_of(velocity), Phase.TRANSIT).stop == pytest.approx(50 * STEP)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 1000), stop=st.integers(1, 100))
 def test_measures_do_not_depend_on_the_frame(seed, stop):
     turn = Rotation.random(random_state=seed).as_matrix()
@@ -146,6 +151,7 @@ def test_measures_do_not_depend_on_the_frame(seed, stop):
     assert turned.peak == pytest.approx(plain.peak, rel=1e-9)
 
 
+@settings(deadline=None)
 @given(gap=st.floats(0.11, 2.0), stop=st.integers(5, 100), at=st.integers(0, 4))
 def test_time_in_which_the_controller_stood_is_not_the_arm_s(gap, stop, at):
     stamps = START + STEP * np.arange(400)

@@ -63,13 +63,20 @@ class Planner(Enum):
     BAD = "sends segments that are not finite"
 
 
+class Sight(Enum):
+    """What becomes of the skin that the real planner scrubs by."""
+
+    MOVED = "is seen 30 mm farther away"
+    LOST = "is not seen any more"
+
+
 class Nearer(NamedTuple):
     """A body nearer than the target says; the fault is the touch that comes early."""
 
     distance: float  # [m]
 
 
-Strike = Ordered | Jammed | Killed | Frozen | Planner | Nearer
+Strike = Ordered | Jammed | Killed | Frozen | Planner | Sight | Nearer
 
 
 class FaultCase(NamedTuple):
@@ -128,6 +135,8 @@ FAULTS: tuple[FaultCase, ...] = (
     FaultCase("planner_late", "a segment comes a second late", Planner.LATE, (Phase.SCRUB,)),
     FaultCase("planner_bad", "segments hold poses that are not finite", Planner.BAD, (Phase.SCRUB,)),
     FaultCase("planner_killed", "the planner's process dies", Killed("stroke_player"), (Phase.SCRUB,)),
+    FaultCase("target_moved", "the camera sees the skin 30 mm farther away", Sight.MOVED, (Phase.SCRUB,)),
+    FaultCase("target_lost", "the camera sees no skin any more", Sight.LOST, (Phase.SCRUB,)),
     FaultCase("driver_killed", "the driver's process dies", Killed("rm65_driver")),
 )  # fmt: skip
 

@@ -36,8 +36,11 @@ def save_figure(path: Path, trials: Sequence[TrialResult]) -> None:
         axes.scatter(np.full(late.sum(), _FARTHEST), rows[late], s=22, marker=">", color=colour)
     axes.axvline(1e3 * DEADLINE, color="tab:red", linewidth=1.0, label="deadline")
     axes.set_yticks(range(len(names)), names)
-    axes.invert_yaxis()
-    axes.set(xlim=(-10.0, _FARTHEST + 15.0), xlabel="fault to standing still or leaving [ms] (simulated)")
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set(
+        xlim=(-10.0, _FARTHEST + 15.0),
+        xlabel="fault to standing still or leaving [ms] (simulated); triangles: later or never",
+    )
     axes.grid(axis="x", alpha=0.25)
     axes.legend(fontsize="small", loc="lower right")
     FigureCanvasAgg(figure)

@@ -11,7 +11,7 @@ the trial: whatever stands for a moment and moves again has not stopped.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +35,7 @@ _AGAIN = 10  # calm samples in a row after which a motion is a new one
 _SILENT = 0.1  # [s] without a frame that end the stream
 _RETRACTS = 0.02  # [m/s] outwards faster than before that only a retract has
 _SETS_OUT = 2e-5  # [m] per frame and frame outwards with which a retract begins
-_ALARMED = (State.RETRACTING, State.HOLD, State.FAULT)
+ALARMED = (State.RETRACTING, State.HOLD, State.FAULT)
 
 
 class Report(NamedTuple):
@@ -57,7 +57,14 @@ class Reaction(NamedTuple):
     peak: float  # [N] largest true contact force after the fault
 
 
-def react(trace: TraceData, fault: float, phase: Phase, duty: Duty, reports: Sequence[Report]) -> Reaction:
+def react(
+    trace: TraceData,
+    fault: float,
+    phase: Phase,
+    duty: Duty,
+    reports: Sequence[Report],
+    alarms: Collection[int] = ALARMED,
+) -> Reaction:
     """Measure the reaction to a fault.
 
     Args:
@@ -66,6 +73,7 @@ def react(trace: TraceData, fault: float, phase: Phase, duty: Duty, reports: Seq
         phase: What the arm was about.
         duty: What it owes.
         reports: What the driver said, in order.
+        alarms: States that tell that the fault was noticed.
     """
     first = int(np.searchsorted(trace.stamp, fault))
     velocity = head_velocity(trace)
@@ -76,7 +84,7 @@ def react(trace: TraceData, fault: float, phase: Phase, duty: Duty, reports: Seq
     way = np.linalg.norm(np.diff(trace.head[max(first - 1, 0) : stopped + 1], axis=0), axis=1)
     return Reaction(
         stop=math.inf if never else (elapsed(trace.stamp, fault, stopped) if len(restless) else 0.0),
-        detect=detected(trace, fault, reports),
+        detect=detected(trace, fault, reports, alarms),
         moved_again=_moves_again(calm[first:]),
         travel=float(way.sum()) if len(restless) else 0.0,
         peak=float(np.linalg.norm(trace.force[first:], axis=1).max(initial=0.0)),
@@ -138,17 +146,17 @@ def elapsed(stamps: Array, fault: float, index: int) -> float:
     return float(np.where(steps > _FROZEN, STEP, steps).sum())
 
 
-def detected(trace: TraceData, fault: float, reports: Sequence[Report]) -> float:
+def detected(trace: TraceData, fault: float, reports: Sequence[Report], alarms: Collection[int]) -> float:
     """Time from the fault to the first sign that it was noticed [s]; infinite without one.
 
-    A sign is a report of the driver that it retracts, holds or is at fault, that it has lost the controller
+    A sign is a report of the driver that it is in one of the states `alarms`, that it has lost the controller
     or that gives a new reason; of a driver that reports nothing any more, the end of its stream.
     """
     before = [report for report in reports if report.stamp <= fault]
     after = [report for report in reports if report.stamp > fault]
     known = before[-1].reason if before else ""
     for report in after:
-        if report.state in _ALARMED or not report.connected or report.reason not in ("", known):
+        if report.state in alarms or not report.connected or report.reason not in ("", known):
             return report.stamp - fault
     frames = trace.frame_stamp
     silent = not after or after[-1].stamp < fault + _SILENT

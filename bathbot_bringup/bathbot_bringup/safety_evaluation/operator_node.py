@@ -21,7 +21,7 @@ from bathbot_bringup.graph_client_node import GraphClient
 from bathbot_bringup.safety_evaluation.fault_table import REGION
 from bathbot_bringup.safety_evaluation.measures import Report
 from bathbot_bringup.safety_evaluation.stroke_player import SPACING, Progress
-from bathbot_msgs.action import Approach
+from bathbot_msgs.action import Approach, Scrub
 from bathbot_msgs.msg import ArmState, ScrubSegment
 
 Array = NDArray[np.float64]
@@ -34,6 +34,7 @@ class LastPose(NamedTuple):
 
     stamp: float  # [s] when it was heard
     position: Array  # [m], shape (3,)
+    path_id: int
 
 
 class Operator:
@@ -54,6 +55,7 @@ class Operator:
         self.last_pose: LastPose | None = None
         self._joints: tuple[Array, Array] = (np.zeros(6), np.zeros(6))  # [rad], the newest two
         self._approach = client.action(Approach, "approach")
+        self._scrub = client.action(Scrub, "scrub")
         for name in _SERVICES:
             client.service(Trigger, f"arm/{name}")
         self._segments = node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
@@ -114,6 +116,21 @@ class Operator:
             raise StepError("approach", "the goal was not accepted")
         return sent.result().get_result_async()
 
+    def planners(self) -> int:
+        """How many nodes may send segments, this one included."""
+        return self.client.node.count_publishers("scrub_segments")
+
+    def scrub(self) -> None:
+        """Have the real planner scrub from where the arm is in contact.
+
+        Raises:
+            StepError: When nobody takes the goal.
+        """
+        ready = self.client.spin_until(self._scrub.server_is_ready, _ANSWER)
+        sent = self._scrub.send_goal_async(Scrub.Goal(region=REGION))
+        if not (ready and self.client.spin_until(sent.done, _ANSWER) and sent.result().accepted):
+            raise StepError("scrub", "the goal was not accepted")
+
     def ask(self, name: str) -> str:
         """Call a service of the arm; gives the reason when it refuses, empty when it does it."""
         try:
@@ -162,4 +179,4 @@ class Operator:
         place = message.poses[-1].position
         position = np.array([place.x, place.y, place.z])
         if np.isfinite(position).all():
-            self.last_pose = LastPose(time.monotonic(), position)
+            self.last_pose = LastPose(time.monotonic(), position, message.path_id)

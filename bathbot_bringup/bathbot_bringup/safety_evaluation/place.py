@@ -19,6 +19,7 @@ _SLOPE = np.cos(np.radians(40.0))  # of the skin about the place
 _ROUND = 0.02  # [m] over which the normal is averaged
 _FOLDED = np.radians((0.0, 60.0, -130.0, 0.0, -80.0, 0.0))
 _START = 0.15  # [m] off the skin where rays begin
+_SIGHT, _PIXEL = 0.13, 0.0025  # [m] to either side of a target, between points
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,17 @@ class Place:
         poses = np.tile(T, (len(starts), 1, 1))
         poses[:, :3, 3] = starts + distances[:, None] * T[:3, 2]
         return poses
+
+
+def seen_skin(surface: SkinSurface, T_base_target: Array) -> Array:
+    """Skin about a target as a depth camera before it would see it (N, N, 3) [m]; NaN where none is."""
+    steps = np.arange(-_SIGHT, _SIGHT, _PIXEL)
+    u, v = np.meshgrid(steps, steps)
+    starts = np.stack([u, v, np.full_like(u, -_START)], -1).reshape(-1, 3) @ T_base_target[:3, :3].T
+    starts += T_base_target[:3, 3]
+    distances, _, _ = surface.distance(starts, np.tile(T_base_target[:3, 2], (len(starts), 1)), 0.0)
+    points = starts + np.where(distances < 2.0 * _START, distances, np.nan)[:, None] * T_base_target[:3, 2]
+    return points.reshape(*u.shape, 3)
 
 
 def find_place(surface: SkinSurface, kinematics: Kinematics) -> Place:

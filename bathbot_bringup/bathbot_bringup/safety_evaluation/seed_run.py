@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bathbot_scrub.rm65.force_guard import State
 from bathbot_scrub.rm65.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.kinematics import Kinematics
 
 from bathbot_bringup.errors import BringupError
 from bathbot_bringup.safety_evaluation.fault_table import REGION, Duty, FaultCase, Nearer, Phase, Strike
 from bathbot_bringup.safety_evaluation.measures import (
+    ALARMED,
     STANDS,
+    Reaction,
+    Report,
     head_velocity,
     react,
     retract_begins,
@@ -78,25 +82,32 @@ class SeedRun:
         run = TrialRun(graph, self._place, plan, self._folder)
         try:
             struck = strike_at(case.strike, run, plan)
-            trace = self._trace(run, case, attempt)
+            trace, reports = self._trace(run, case, attempt), list(run.operator.reports)
         except SpoiltTrialError:
             self._leave(run, case)
             raise
-        reports = list(run.operator.reports)
         self._leave(run, case)
         fault = onset(struck, trace, case.strike)
         trace = until(trace, struck.until)
         demand_phase(trace, fault, plan.phase, case.strike)
-        reaction = react(trace, fault, plan.phase, case.duty, reports)
-        delay = math.nan
-        if case.duty is Duty.LEAVE:
-            delay = retract_delay(trace, fault, self._bounds.retract, self._kinematics)
-            begun = retract_begins(trace, fault, self._kinematics) - fault
-            reaction = reaction._replace(detect=min(reaction.detect, begun))
-        said = "; ".join(
-            dict.fromkeys(report.reason for report in reports if report.stamp > fault and report.reason)
-        )
-        return judge(case, self._seed, plan, reaction, delay, self._bounds, said, attempt)
+        said = (report.reason for report in reports if report.stamp > fault and report.reason)
+        return judge(
+            case, self._seed, plan, self._measure(case, plan.phase, trace, fault, reports),
+            retract_delay(trace, fault, self._bounds.retract, self._kinematics)
+            if case.duty is Duty.LEAVE else math.nan,
+            self._bounds, "; ".join(dict.fromkeys(said)), attempt,
+        )  # fmt: skip
+
+    def _measure(
+        self, case: FaultCase, phase: Phase, trace: TraceData, fault: float, reports: Sequence[Report]
+    ) -> Reaction:
+        """The reaction; contact tells of a body that is nearer, the first frame of a retract of a push."""
+        alarms = (State.CONTACT, *ALARMED) if isinstance(case.strike, Nearer) else ALARMED
+        reaction = react(trace, fault, phase, case.duty, reports, alarms)
+        if case.duty is not Duty.LEAVE:
+            return reaction
+        begun = retract_begins(trace, fault, self._kinematics) - fault
+        return reaction._replace(detect=min(reaction.detect, begun))
 
     def _trace(self, run: TrialRun, case: FaultCase, attempt: int) -> TraceData:
         path = self._folder / f"{case.name}-{self._seed}-{attempt}-{time.monotonic_ns()}.npz"
@@ -105,12 +116,7 @@ class SeedRun:
 
     def _leave(self, run: TrialRun, case: FaultCase) -> None:
         """Bring the arm back, or have the graph started again."""
-        if case.breaks_graph:
-            self._close()
-            return
-        try:
-            run.recover()
-        except BringupError:
+        if case.breaks_graph or not _recovers(run):
             self._close()
 
     def _open(self) -> TrialGraph:
@@ -123,6 +129,14 @@ class SeedRun:
     def _close(self) -> None:
         self._graph = None
         self._graphs.close()
+
+
+def _recovers(run: TrialRun) -> bool:
+    try:
+        run.recover()
+    except BringupError:
+        return False
+    return True
 
 
 def until(trace: TraceData, end: float) -> TraceData:

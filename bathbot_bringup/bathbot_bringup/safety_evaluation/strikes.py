@@ -8,9 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.force_limits import shipped_force_limits
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
-from bathbot_bringup.safety_evaluation.fault_table import Frozen, Jammed, Killed, Nearer, Ordered, Planner
+from bathbot_bringup.safety_evaluation.eyes_node import Eyes
+from bathbot_bringup.safety_evaluation.fault_table import (
+    Frozen,
+    Jammed,
+    Killed,
+    Nearer,
+    Ordered,
+    Planner,
+    Sight,
+)
 from bathbot_bringup.safety_evaluation.operator_node import LastPose
+from bathbot_bringup.safety_evaluation.place import seen_skin
 from bathbot_bringup.safety_evaluation.stroke_player import spoilt
 from bathbot_bringup.safety_evaluation.trial_plan import TrialPlan
 from bathbot_bringup.safety_evaluation.trial_run import SpoiltTrialError, TrialRun
@@ -20,6 +31,8 @@ PLAYER = "stroke_player"
 WATCH = 1.2  # [s] after a fault
 LATE = 1.0  # [s] of a segment
 _RUN_OUT = 3.0  # [s] in which the arm must have come to the end of what it was given
+_LOOK = 1.5  # [s] before the arm comes
+_MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
 _AT_END = 0.002  # [m] of the last pose
 
 
@@ -37,7 +50,8 @@ def onset(struck: Struck, trace: TraceData, strike: object) -> float:
 
     Ordered faults: as the emulator noted. A body nearer than believed: when the true force is what counts as
     felt. A planner that fails: when the head is within 2 mm of the last pose it was given, for up to there it
-    has good data.
+    has good data. Skin that moved: its first picture; skin not seen: when the last picture is as old as
+    the planner allows.
 
     Raises:
         SpoiltTrialError: When it did not begin at all.
@@ -141,10 +155,25 @@ def _killed(strike: Killed, run: TrialRun, plan: TrialPlan) -> Struck:
     return Struck(stamp, path_end=run.path_end())
 
 
+@strike_at.register
+def _unseen(strike: Sight, run: TrialRun, plan: TrialPlan) -> Struck:
+    run.graph.start_planner()
+    with Eyes(run.graph.client, seen_skin(run.surface, run.target), run.target) as eyes:
+        run.feed, run.engage = lambda: None, run.operator.scrub
+        run.wait(_LOOK)
+        run.bring_about()
+        stamp = (
+            eyes.move(_MOVED) if strike is Sight.MOVED else eyes.shut() + ScrubPlannerSettings().lost_after
+        )
+        run.wait(stamp - time.monotonic() + WATCH)
+    return Struck(stamp)
+
+
 def play_elsewhere(run: TrialRun, plan: TrialPlan) -> None:
     """Have the stroke played by a process of its own, which may be killed."""
     file = run.folder / "stroke.npz"
     np.savez(file, stroke=run.stroke, speed=plan.speed, path_id=run.player.path_id)
     module = "bathbot_bringup.safety_evaluation.stroke_player_node"
     run.graph.start(PLAYER, [sys.executable, "-m", module, str(file)])
+    run.wait_for_planner()
     run.feed = lambda: None

@@ -52,6 +52,7 @@ def _row(name: str, trials: Sequence[TrialResult]) -> dict[str, Any]:
     return {
         "name": name,
         "trials": len(trials),
+        "repeated": sum(trial.attempts - 1 for trial in trials),
         "missed": sum(trial.missed for trial in trials),
         "moved_again": sum(trial.moved_again for trial in trials),
         "undetected": sum(math.isinf(sign) for sign in signs),

@@ -41,6 +41,13 @@ class TrialGraph:
         """Start one more process."""
         self._group.start(name, command)
 
+    def start_planner(self) -> None:
+        """Start the real planner, unless it runs already."""
+        name = "scrub_planner"
+        if not any(child.name == name for child in self._group.children):
+            self.start(name, node_command(find_node(name), {}))
+        self._group.wait_until(self.client.is_active, _START)
+
     def kill(self, name: str) -> float:
         """End a process at once; gives the time [s]. Nobody watches over the graph any more."""
         self.client.watch = lambda: None

@@ -25,7 +25,7 @@ STANDOFF = {
     Phase.SCRUB: 0.025,
 }  # [m] of the approach
 DEPTH = 0.004  # [m] into the skin
-_IN_TIME = 12.0  # [s] for any step
+_IN_TIME = 20.0  # [s] for any step
 _OFF_AXIS, _BEGUN = 0.002, 0.004  # [m] beside the approach's line; along it, or from the start
 _AWAY = 0.04  # [m] of the head from its target, off the skin
 _AT_END = 0.001  # [m] of the last pose
@@ -50,7 +50,9 @@ class TrialRun:
         self.target = place.target((x * place.room, y * place.room), plan.heading)
         self.stroke = place.stroke(self.target, 0.5 * place.room, SPACING, DEPTH)
         self.player = StrokePlayer(next(_paths), REGION, self.stroke, plan.speed)
+        self.surface = place.surface
         self.feed = self._feed  # plays the planner; replaced where another process does
+        self.engage = lambda: None  # asks that process to begin
         self._result: Any = None
 
     def bring_about(self, deeper: float = 0.0) -> None:
@@ -109,12 +111,16 @@ class TrialRun:
             self.begin_to_scrub()
 
     def begin_to_scrub(self) -> None:
-        """Play the planner until the arm follows the stroke."""
-        self._until(lambda: self.feed() or self._follows(self.player.path_id), "the stroke did not begin")
+        """Play the planner, or have it played, until the arm follows the stroke."""
+        self.engage()
+        self._until(lambda: self.feed() or self._follows(), "the stroke did not begin")
 
-    def _follows(self, path_id: int) -> bool:
-        progress = self.operator.progress
-        return progress is not None and progress.path_id == path_id and progress.segment_index > 0
+    def _follows(self) -> bool:
+        """Whether the arm has come to the second segment of the newest path."""
+        progress, path = self.operator.progress, self.operator.last_pose
+        if progress is None or path is None:
+            return False
+        return progress.path_id == path.path_id and progress.segment_index > 0
 
     def _feed(self) -> None:
         segment = self.player.due(self.operator.progress)
@@ -140,6 +146,10 @@ class TrialRun:
         self._until(
             lambda: np.linalg.norm(self.operator.head[0] - end) < _AT_END, "it did not come to the end"
         )
+
+    def wait_for_planner(self) -> None:
+        """Wait until another process may send segments."""
+        self._until(lambda: self.operator.planners() > 1, "no planner came")
 
     def path_end(self) -> LastPose:
         """Where the path ends that the arm was given."""
