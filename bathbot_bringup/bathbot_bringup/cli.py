@@ -53,7 +53,7 @@ app.add_typer(simulate_command.app, name="simulate")
 app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(
     node_command.node
 )
-app.command("sim-arm")(node_command.sim_arm)
+app.command("sim-arm", epilog=node_command.fault_kinds())(node_command.sim_arm)
 
 
 def _show_version(wanted: bool) -> None:

@@ -15,6 +15,7 @@ from bathbot_bringup.sim.render_mesh import Mesh
 from bathbot_bringup.sim.scenario import BodyMotion
 
 Array = NDArray[np.float64]
+_SETTLED = 1e-6  # [m] between two guesses of the breath's lift, where it is known
 
 
 class BodySurface:
@@ -63,16 +64,18 @@ class BodySurface:
         T_moved_base = inverse(T_base_moved)
         starts, aims = transform_points(T_moved_base, origins), rotate(T_moved_base, directions)
         lift = np.zeros(len(starts))
+        rays = np.concatenate([starts, aims], axis=1).astype(np.float32)
         for _ in range(3 if state.breath else 1):
-            shifted = starts - np.stack([lift, np.zeros_like(lift), np.zeros_like(lift)], axis=-1)
-            rays = np.concatenate([shifted, aims], axis=1).astype(np.float32)
+            rays[:, 0] = starts[:, 0] - lift
             hit = self._scene.cast_rays(o3d.core.Tensor(rays), nthreads=1)
             face, across = hit["primitive_ids"].numpy(), hit["primitive_uvs"].numpy()
             met = face != o3d.t.geometry.RaycastingScene.INVALID_ID
             face = np.where(met, face, 0)
             corners = self._weights[self._mesh.faces[face]]
-            share = np.column_stack([1.0 - across.sum(axis=1), across])
-            lift = np.where(met, state.breath * (corners * share).sum(axis=1), lift)
+            weights = corners[:, 0] + ((corners[:, 1:] - corners[:, :1]) * across).sum(axis=1)
+            before, lift = lift, np.where(met, state.breath * weights, lift)
+            if np.abs(lift - before).max(initial=0.0) < _SETTLED:
+                break
         distances = np.where(met, hit["t_hit"].numpy().astype(float), np.inf)
         normals = hit["primitive_normals"].numpy().astype(float)
         normals = np.where(met[:, None], rotate(T_base_moved, normals), 0.0)

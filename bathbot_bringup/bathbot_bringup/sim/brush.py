@@ -88,7 +88,7 @@ class Brush:
         approach = T_base_head[:3, 2]
         offsets = self._ring @ T_base_head[:3, :3].T
         origins = T_base_head[:3, 3] + offsets - _BACK * approach
-        distances, _, part = surface.distance(origins, np.tile(approach, (len(origins), 1)), t)
+        distances, _, part = surface.distance(origins, np.broadcast_to(approach, origins.shape), t)
         bend = _BACK - np.minimum(distances, 1.0)
         forces = self.normal_force(bend, SKIN_STIFFNESS.get(part, _OTHER_STIFFNESS)) / len(bend)
         slip = velocity - (velocity @ approach) * approach
@@ -100,6 +100,14 @@ class Brush:
             compression=min(middle, self.give),
             indentation=max(middle - self.give, 0.0),
             force=pushes.sum(0),
-            torque=np.cross(offsets, pushes).sum(0),
+            torque=_torque(offsets, pushes),
             part=part if bend.max() > 0.0 else "",
         )
+
+
+def _torque(arms: Array, forces: Array) -> Array:
+    """Sum of arm x force, shape (N, 3) each, in less time than `np.cross` takes for a few."""
+    products = arms.T @ forces  # the antisymmetric part of the sum of a_i f_j
+    return np.array([
+        products[1, 2] - products[2, 1], products[2, 0] - products[0, 2], products[0, 1] - products[1, 0]
+    ])  # fmt: skip

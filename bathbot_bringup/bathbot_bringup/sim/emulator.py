@@ -5,11 +5,13 @@ One lock stands around the controller.
 """
 
 import asyncio
+import ipaddress
 import logging
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -20,10 +22,10 @@ from bathbot_scrub.rm65.period import raise_priority
 from bathbot_scrub.rm65.protocol import Frame
 from numpy.typing import NDArray
 
-import bathbot_bringup.sim.controller_moves  # noqa: F401 - enters its commands into the table
+import bathbot_bringup.sim.commands  # noqa: F401 - fills the table
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
-from bathbot_bringup.sim.controller import STEP, Arm, Controller, Settled
-from bathbot_bringup.sim.controller_replies import Desk, reply
+from bathbot_bringup.sim.commands.table import Desk, reply
+from bathbot_bringup.sim.controller import STEP, Arm, Controller
 from bathbot_bringup.sim.emulator_session import Session, Sessions
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface
@@ -34,6 +36,8 @@ from bathbot_bringup.sim.trace import Trace
 
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
+_LATE = 2.5 * STEP  # [s] behind its schedule at which a step pushes no more
+_GIVEN_UP = 0.5  # [s] behind at which the schedule begins anew
 
 
 class Truth(NamedTuple):
@@ -73,11 +77,11 @@ class Emulator:
             np.random.default_rng(settings.seed),
             self.faults,
         )
-        self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace)
+        self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace, self._let_go)
         self._lock = threading.Lock()
         self._sender = PushSender(self.faults)
-        self.sessions = Sessions(self.answer, self.faults)
-        self.late = 0
+        self.sessions = Sessions(self.answer, self.faults, self._meet)
+        self.late = 0  # steps that did not come in time, ever
         self._open = True
         self._loop = asyncio.new_event_loop()
         try:
@@ -89,6 +93,8 @@ class Emulator:
             raise ArmConnectionError(
                 f"cannot listen on {settings.host}:{settings.port}: {error}; choose another host or port"
             ) from error
+        if not is_loopback(settings.host):
+            log.warning("the emulator listens on %s: whoever reaches it may move its arm", settings.host)
         self.port = int(self._server.sockets[0].getsockname()[1])
         self._threads = [
             threading.Thread(target=self._serve, name="emulator-tcp", daemon=True),
@@ -101,6 +107,18 @@ class Emulator:
         """Answer one request of a client."""
         with self._lock:
             return reply(self._desk, request)
+
+    @contextmanager
+    def _let_go(self) -> Iterator[None]:
+        """Let the arm go on while a command that holds the lock plans."""
+        self._lock.release()
+        try:
+            yield
+        finally:
+            self._lock.acquire()
+
+    def _meet(self, address: str) -> None:
+        self._desk.peer = address
 
     def truth(self) -> Truth:
         """How things really are, now."""
@@ -149,20 +167,26 @@ class Emulator:
         self._loop.run_forever()
 
     def _run(self) -> None:
-        """Step the arm on an absolute schedule, so that lateness does not add up."""
+        """Step the arm on an absolute schedule, so that lateness does not add up.
+
+        Steps that were missed are made up for, so that the arm moves as far as it would have; but they push
+        nothing: whoever listens must not get a burst of states that are old.
+        """
         raise_priority()
         due, count = time.monotonic(), 0
         while self._open:
-            self._step(time.monotonic(), count)
+            now = time.monotonic()
+            behind = now - due
+            if behind > _GIVEN_UP:
+                self.late += int(behind / STEP)
+                due, behind = now, 0.0
+            self.late += behind > _LATE
+            self._step(now, count, behind <= _LATE)
             count += 1
             due += STEP
-            wait = due - time.monotonic()
-            if wait > 0:
-                time.sleep(wait)
-            elif wait < -0.1:  # the machine stood still: do not hurry after it
-                due, self.late = time.monotonic(), self.late + 1
+            time.sleep(max(due - time.monotonic(), 0.0))
 
-    def _step(self, now: float, count: int) -> None:
+    def _step(self, now: float, count: int, in_time: bool) -> None:
         events = self.faults.update(now)
         with self._lock:
             for event in events:
@@ -170,13 +194,14 @@ class Emulator:
             controller, push = self._desk.controller, self._desk.push
             settled = controller.step()
             silent = "stalled" in self.faults or "power_cut" in self.faults
-            due = push.enable and count % push.cycle == 0 and not silent
+            due = in_time and push.enable and count % push.cycle == 0 and not silent
             state = datagram(controller, push) if due else None
         self.trace.events(events)
-        pushed = self._sender.send(state, push, now) if state else math.nan
+        pushed = self._sender.send(state, (push.ip or self._desk.peer, push.port), now) if state else math.nan
         self.trace.step(trace_row(now, controller, pushed))
         if settled and self._open:
-            self._loop.call_soon_threadsafe(self.sessions.tell, [completion(end) for end in settled])
+            frames = [end.frame for end in settled if end.frame is not None]
+            self._loop.call_soon_threadsafe(self.sessions.tell, frames)
 
     def _begin_or_end(self, event: FaultEvent) -> None:
         """Do what happens once, when a fault begins or ends."""
@@ -184,7 +209,7 @@ class Emulator:
         controller, later = self._desk.controller, self._loop.call_soon_threadsafe
         match event.kind, event.phase:
             case "none", _:
-                controller.surface.put_back()
+                controller.skin.surface.put_back()
             case "dropped_tcp", "begin":
                 later(self.sessions.drop)
             case "power_cut", "begin":
@@ -195,14 +220,12 @@ class Emulator:
                 later(self.sessions.take_held)
 
 
-def completion(end: Settled) -> Frame:
-    """The event that tells clients that a planned motion has ended."""
-    return {
-        "state": "current_trajectory_state",
-        "trajectory_state": end.reached,
-        "device": 0,
-        "trajectory_connect": 0,
-    }
+def is_loopback(host: str) -> bool:
+    """Whether an address is heard by this machine only; of a name that is known of localhost alone."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float]:
@@ -212,14 +235,3 @@ def trace_row(stamp: float, controller: Controller, pushed: float) -> list[float
         stamp, *dynamics.positions, *dynamics.speeds, *T[:3, 3], *T[:3, 2], *contact.force,
         contact.compression, contact.indentation, pushed,
     ]  # fmt: skip
-
-
-def run(
-    settings: EmulatorSettings,
-    surface: SkinSurface | None = None,
-    clock: Callable[[], float] = time.monotonic,
-) -> None:
-    """Run an emulator until Ctrl-C."""
-    with Emulator(settings, surface, clock) as emulator:
-        log.info("RM65-%s emulator listens on %s:%d", settings.variant, settings.host, emulator.port)
-        threading.Event().wait()

@@ -10,21 +10,28 @@ from bathbot_scrub.rm65.protocol import Frame, FrameBuffer, encode
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
 
 log = logging.getLogger(__name__)
+_MOST = 200  # clients at a time
 _MAX_UNREAD = 1 << 20  # [bytes] a client may leave unread, or wait to be read, before it is cut off
 
 
 class Sessions(set["Session"]):
     """All clients that are connected. Only the thread of the event loop touches it."""
 
-    def __init__(self, answer: Callable[[Frame], Frame | None], faults: FaultSchedule) -> None:
+    def __init__(
+        self,
+        answer: Callable[[Frame], Frame | None],
+        faults: FaultSchedule,
+        meet: Callable[[str], None] = lambda address: None,
+    ) -> None:
         """Begin without any.
 
         Args:
             answer: Gives the reply to a request, None where the protocol has none; raises ProtocolError.
             faults: What fails.
+            meet: Called with the address of each new client.
         """
         super().__init__()
-        self.answer, self.faults = answer, faults
+        self.answer, self.faults, self.meet = answer, faults, meet
         self.refused = 0  # frames, ever
 
     def drop(self) -> None:
@@ -58,7 +65,8 @@ class Session(asyncio.Protocol):
         """Begin."""
         self.transport = transport  # type: ignore[assignment]
         self._sessions.add(self)
-        if "dropped_tcp" in self._sessions.faults:
+        self._sessions.meet(str(transport.get_extra_info("peername")[0]))
+        if "dropped_tcp" in self._sessions.faults or len(self._sessions) > _MOST:
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -22,6 +22,8 @@ class EmulatorSettings:
 
     def __post_init__(self) -> None:
         """Refuse what no controller has."""
+        if not self.host.strip():
+            raise ArmSettingsError("host must not be empty; 127.0.0.1 hears only this machine, 0.0.0.0 all")
         for name, lowest in (("port", 0), ("udp_port", 1)):
             if not lowest <= getattr(self, name) <= 65535:
                 raise ArmSettingsError(f"{name} must be {lowest}..65535, got {getattr(self, name)}")

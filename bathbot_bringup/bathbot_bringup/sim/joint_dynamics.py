@@ -28,6 +28,7 @@ class JointDynamics:
         self._limits = [float(v) for v in limits.speed]
         self._goals = list(self.positions)
         self._rates = [0.0] * 6
+        self.travelled = [0.0] * 6  # [rad], ever
 
     @property
     def joints(self) -> Array:
@@ -65,6 +66,7 @@ class JointDynamics:
             else:
                 self.positions[i] += 0.5 * (speed + new) * dt
             self.speeds[i] = new
+            self.travelled[i] += abs(new) * dt
 
     def _brake(self, joint: int, dt: float) -> None:
         speed = self.speeds[joint]

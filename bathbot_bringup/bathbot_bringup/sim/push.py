@@ -8,20 +8,23 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.protocol import (
-    euler_from_rotation,
     joints_to_wire,
-    quaternion_to_wire,
     wrench_to_wire,
 )
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.controller import Controller
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.force_frames import in_tool_frame, in_work_frame
+from bathbot_bringup.sim.joint_health import CURRENT, TEMPERATURE, VOLTAGE
 
+Array = NDArray[np.float64]
 _SPEED_UNIT = np.radians(0.01)  # 0.01 deg/s; the documents disagree with 0.01 RPM
-_CURRENT = [350] * 6  # healthy joints, all of them
-_VOLTAGE = [24000] * 6
-_TEMPERATURE = [34000] * 6
+BLOCKS = (
+    "joint_speed", "arm_current_status", "lift_state", "expand_state", "hand_state", "aloha_state",
+    "plus_base", "plus_state",
+)  # fmt: skip
+# parts that may be switched on; of devices that this arm does not have nothing is sent
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +34,9 @@ class PushSettings:
     enable: bool = True
     cycle: int = 1  # in steps of 5 ms
     port: int = 8089
-    ip: str = "127.0.0.1"
+    ip: str = ""  # empty: to whoever came last by TCP
     force_coordinate: int = 0  # 0 sensor, 1 work, 2 tool frame
+    blocks: frozenset[str] = frozenset({"joint_speed", "arm_current_status"})
 
 
 def wire_wrench(wrench: ArrayLike) -> list[int | None]:
@@ -50,44 +54,60 @@ class Datagram(NamedTuple):
 
 def datagram(controller: Controller, push: PushSettings) -> Datagram:
     """Write the present state as the controller does."""
-    reading, T = controller.sensor.reading, controller.T_base_flange
+    reading, dynamics, error = controller.sensor.reading, controller.dynamics, controller.health.error
     zero = reading.zero
     if push.force_coordinate == 1:
-        zero = np.concatenate([T[:3, :3] @ zero[:3], T[:3, :3] @ zero[3:]])
-    error = controller.error
-    data = (
-        json.dumps(
-            {
-                "state": "realtime_arm_joint_state",
-                "arm_current_status": controller.motion.value,
-                "err": [error],
-                "arm_err": error,
-                "sys_err": controller.system_error,
-                "joint_status": {
-                    "joint_position": joints_to_wire(controller.dynamics.positions),
-                    "joint_speed": [round(v / _SPEED_UNIT) for v in controller.dynamics.speeds],
-                    "joint_current": _CURRENT,
-                    "joint_voltage": _VOLTAGE,
-                    "joint_temperature": _TEMPERATURE,
-                    "joint_en_flag": [int(not code) for code in controller.joint_codes],
-                    "joint_err_code": controller.joint_codes,
-                },
-                "six_force_sensor": {
-                    "force": wire_wrench(reading.raw),
-                    "zero_force": wire_wrench(zero),
-                    "coordinate": push.force_coordinate,
-                },
-                "waypoint": {
-                    "position": [round(float(x) * 1e6) for x in T[:3, 3]],
-                    "euler": [round(float(a) * 1e3) for a in euler_from_rotation(T[:3, :3])],
-                    "quat": quaternion_to_wire(T[:3, :3]),
-                },
-            },
-            separators=(",", ":"),
-        ).encode()
-        + b"\r\n"
-    )
+        zero = in_work_frame(controller, zero)
+    elif push.force_coordinate == 2:
+        zero = in_tool_frame(controller, zero)
+    joints = {"joint_position": joints_to_wire(dynamics.positions)}
+    if "joint_speed" in push.blocks:
+        joints["joint_speed"] = [round(v / _SPEED_UNIT) for v in dynamics.speeds]
+    state = {
+        "state": "realtime_arm_joint_state",
+        "err": [error],
+        "arm_err": error,
+        "sys_err": controller.system_error,
+        "joint_status": {
+            **joints,
+            "joint_current": CURRENT,
+            "joint_voltage": VOLTAGE,
+            "joint_temperature": TEMPERATURE,
+            "joint_en_flag": controller.health.joints_on,
+            "joint_err_code": controller.health.joint_codes,
+        },
+        "six_force_sensor": {
+            "force": wire_wrench(reading.raw),
+            "zero_force": wire_wrench(zero),
+            "coordinate": push.force_coordinate,
+        },
+        "waypoint": _waypoint(controller.setup.tool_pose(controller.T_base_flange)),
+    }
+    if "arm_current_status" in push.blocks:
+        state["arm_current_status"] = controller.motion.value
+    data = json.dumps(state, separators=(",", ":")).encode() + b"\r\n"
     return Datagram(data, float(np.linalg.norm(zero[:3])))
+
+
+def _waypoint(T_work_tool: Array) -> dict[str, list[int]]:
+    """Pose of the tool, (4, 4), in the units of the push."""
+    (r00, r01, r02, x), (r10, r11, r12, y), (r20, r21, r22, z), _ = T_work_tool.tolist()
+    euler = math.atan2(r21, r22), math.atan2(-r20, math.hypot(r00, r10)), math.atan2(r10, r00)
+    # each component from the diagonal, its sign from the others; w is taken as positive
+    squares = (1 + r00 + r11 + r22, 1 + r00 - r11 - r22, 1 - r00 + r11 - r22, 1 - r00 - r11 + r22)
+    largest = max(range(4), key=squares.__getitem__)
+    products = (
+        (squares[0], r21 - r12, r02 - r20, r10 - r01),
+        (r21 - r12, squares[1], r10 + r01, r02 + r20),
+        (r02 - r20, r10 + r01, squares[2], r21 + r12),
+        (r10 - r01, r02 + r20, r21 + r12, squares[3]),
+    )[largest]
+    scale = math.copysign(0.5 / math.sqrt(squares[largest]), products[0] if products[0] else 1.0)
+    return {
+        "position": [round(v * 1e6) for v in (x, y, z)],
+        "euler": [round(a * 1e3) for a in euler],
+        "quat": [round(scale * q * 1e6) for q in products],
+    }
 
 
 class PushSender:
@@ -107,7 +127,7 @@ class PushSender:
         self.sent = 0
         self.failed = 0
 
-    def send(self, state: Datagram, push: PushSettings, now: float) -> float:
+    def send(self, state: Datagram, address: tuple[str, int], now: float) -> float:
         """Send one datagram, or do with it what the faults demand; `now` in [s].
 
         Returns the force of the newest datagram that left [N], NaN when none did. Failures are counted.
@@ -128,13 +148,13 @@ class PushSender:
         if now - self._held_since < faults.value("time_jump"):
             return math.nan
         for held in self._held:
-            self._send(held.data, push)
+            self._send(held.data, address)
         self._held.clear()
         return state.force
 
-    def _send(self, data: bytes, push: PushSettings) -> None:
+    def _send(self, data: bytes, address: tuple[str, int]) -> None:
         try:
-            self._socket.sendto(data, (push.ip, push.port))
+            self._socket.sendto(data, address)
             self.sent += 1
         except (OSError, UnicodeError):
             self.failed += 1

@@ -3,7 +3,7 @@
 Time is t = ROS time - epoch [s], so the camera and the arm's emulator see the same body without talking.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import NamedTuple
 
@@ -129,20 +129,27 @@ class BodyMotion:
 
     scenario: Scenario
     seed: int
+    _phase: float = field(init=False, repr=False, compare=False)  # of the breath
+    _rates: NDArray[np.float64] = field(init=False, repr=False, compare=False)  # of the sway [rad/s], (3, 3)
+    _phases: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Draw how this person breathes and sways."""
+        rng = np.random.default_rng([self.seed, 4401])
+        object.__setattr__(self, "_phase", rng.uniform(0.0, 2.0 * np.pi))
+        object.__setattr__(self, "_rates", 2.0 * np.pi * rng.uniform(0.05, 0.25, size=(3, 3)))
+        object.__setattr__(self, "_phases", rng.uniform(0.0, 2.0 * np.pi, size=(3, 3)))
 
     def at(self, t: float) -> BodyState:
         """Where the body is at time t [s]."""
-        rng = np.random.default_rng([self.seed, 4401])
-        phase = rng.uniform(0.0, 2.0 * np.pi)
-        rates, phases = rng.uniform(0.05, 0.25, size=(3, 3)), rng.uniform(0.0, 2.0 * np.pi, size=(3, 3))
         scenario = self.scenario
-        breath = scenario.breath_amplitude * np.sin(2.0 * np.pi * scenario.breath_rate * t + phase)
-        waves = np.sin(2.0 * np.pi * rates * t + phases).sum(axis=1) / 3.0
+        breath = scenario.breath_amplitude * np.sin(2.0 * np.pi * scenario.breath_rate * t + self._phase)
+        waves = np.sin(self._rates * t + self._phases).sum(axis=1) / 3.0
         offset = scenario.sway_amplitude * waves * (1.0, 1.0, 0.2)
         turn = lean = 0.0
         for shift in scenario.shifts:
             done = shift.progress(t)
             offset = offset + done * np.asarray(shift.offset)
             turn, lean = turn + done * shift.turn_deg, lean + done * shift.lean_deg
-        rotation = Rotation.from_euler("zy", [turn, lean], degrees=True).as_matrix()
+        rotation = Rotation.from_euler("zy", [turn, lean], degrees=True).as_matrix() if turn or lean else None
         return BodyState(transform_from(rotation, offset), float(breath))

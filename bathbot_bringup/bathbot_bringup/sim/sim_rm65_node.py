@@ -1,17 +1,15 @@
 """Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and their true contact."""
 
-import sys
 import threading
 
 import numpy as np
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.stage_node import OK, StageNode, run
 from bathbot_scrub.rm65.messages import pose_message
-from bathbot_scrub.rm65.period import prefer_process
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import String
 
-from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
+from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator, prefer_the_arm
 from bathbot_bringup.sim.faults import read_fault
 from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
 from bathbot_msgs.msg import SimContact
@@ -111,8 +109,7 @@ class SimRm65(StageNode):
 
 def main() -> None:
     """Run the node."""
-    sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter with the executor
-    prefer_process()
+    prefer_the_arm()
     run(SimRm65)
 
 
