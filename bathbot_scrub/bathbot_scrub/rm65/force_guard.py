@@ -113,9 +113,9 @@ class ForceGuard:
         """Leave because someone asked; in FAULT too, for leaving along the normal needs the joints only.
 
         Raises:
-            NotReadyError: While the joints, or the stream of commands, cannot be trusted.
+            NotReadyError: When joints or commands cannot be trusted, and no waiting will mend that.
         """
-        if not alarm.joints:
+        if not alarm.joints and alarm.reaction is Reaction.FAULT:
             raise NotReadyError(f"cannot retract: {alarm.message}; mend it and call arm/resume first")
         if self.state is not State.RETRACTING:
             faulted = self.state is State.FAULT
