@@ -1,6 +1,6 @@
 """A cell for tests: emulated controller, a wall with exact answers, and the arm driver, without ROS.
 
-The machine may be busy, hence the long `stale_after` and `wait_at_most`.
+The machine may be busy, hence the long deadlines.
 """
 
 import time
@@ -59,6 +59,7 @@ class Cell:
             "udp_port": 0,
             "stale_after": 2.0,
             "wait_at_most": 10.0,
+            "deaf_after": 1.0,
             "joint_speed": 2.0,
             "joint_acceleration": 6.0,
             "approach_speed": 0.05,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_scrub.rm65.alarm import Reaction
 from bathbot_scrub.rm65.control_loop import ControlLoop
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import (
@@ -88,6 +89,8 @@ class Approach:
         if not self._one.acquire(blocking=False):
             raise NotReadyError("another approach is on its way; cancel it first")
         try:
+            with self._loop.lock:  # what passes by itself is no reason to refuse
+                self._loop.lock.wait_for(lambda: self._loop.alarm().reaction is not Reaction.WAIT, _PATIENCE)
             way, line = self._plan(target, standoff, speed)
             with self._loop.lock:
                 self._loop.guard.begin_approach(limits, f"on the way to {request.region}")

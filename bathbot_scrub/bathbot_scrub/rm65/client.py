@@ -210,7 +210,7 @@ class ArmClient:
                     else:
                         self._sort(frame)
             except (OSError, ProtocolError) as error:
-                return str(error)
+                return "given up, it did not answer" if self._socket is None else str(error)
 
     def _sort(self, frame: Frame) -> None:
         name = frame.get("command", frame.get("state"))

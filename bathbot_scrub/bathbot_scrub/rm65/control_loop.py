@@ -209,10 +209,10 @@ class ControlLoop:
     def _turn(self, beat: Beat) -> Array | None:
         """Judge; when a command is due, give the joints to send."""
         with self.lock:
-            before = self.guard.state, self.guard.waiting
+            before = self.guard.state, self.guard.waiting, self.alarms
             self._judge(beat)
             joints = self._advance() if beat.passed() else None
-            if (self.guard.state, self.guard.waiting) != before:
+            if (self.guard.state, self.guard.waiting, self.alarms) != before:
                 self.lock.notify_all()
             return joints
 

@@ -98,7 +98,11 @@ class ArmDriver:
             alarm = self.loop.alarm()
             self.loop.where()
             self.loop.guard.begin_retract(alarm)
-            self.loop.leave()
+            try:
+                self.loop.leave()
+            except ArmError as error:
+                self.loop.guard.fault(f"cannot leave: {error}")
+                raise
 
     def home(self) -> None:
         """Fold the arm, from FREE, or from HOLD when the head is off the skin.

@@ -14,6 +14,7 @@ from bathbot_scrub.rm65.guard_states import Action, Cause, State
 from bathbot_scrub.rm65.wrench_filter import resultant
 
 Array = NDArray[np.float64]
+_SLOPE = 0.03  # [s] of good readings that a slope needs
 
 
 class ForceGuard:
@@ -37,6 +38,7 @@ class ForceGuard:
         self._seeking = False
         self._settled = False  # the search has come to rest: a rise of force is the body's doing now
         self._off = False  # while leaving: nothing is felt any more
+        self._doubted = -np.inf  # [s] stamp of the last reading that could not be trusted
         self._forced = False  # the arm left because of force, and nobody has allowed it to go on
         self._paused_from: State | None = None
         self._after_retract = State.FREE
@@ -52,13 +54,9 @@ class ForceGuard:
         return self._paused_from is not None
 
     def check(self, reading: Reading, alarm: Alarm = QUIET) -> Action:
-        """Judge one reading; changes the state and tells what to do at once.
-
-        Args:
-            reading: The newest.
-            alarm: The gravest of what the watchdogs say, with the trust that all of them leave.
-        """
+        """Judge the newest reading, and what the watchdogs say; change the state, tell what to do at once."""
         trusted = alarm.force and bool(np.isfinite(reading.wrench).all())
+        self._doubted = self._doubted if trusted else reading.stamp
         excess = self._excess(reading) if trusted else ""
         self._note_first(reading, excess)
         if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
@@ -115,9 +113,9 @@ class ForceGuard:
         """Leave because someone asked; in FAULT too, for leaving along the normal needs the joints only.
 
         Raises:
-            NotReadyError: While the joints, or the stream of commands, cannot be trusted.
+            NotReadyError: When joints or commands cannot be trusted, and no waiting will mend that.
         """
-        if not alarm.joints:
+        if not alarm.joints and alarm.reaction is Reaction.FAULT:
             raise NotReadyError(f"cannot retract: {alarm.message}; mend it and call arm/resume first")
         if self.state is not State.RETRACTING:
             faulted = self.state is State.FAULT
@@ -230,9 +228,10 @@ class ForceGuard:
         for wrench in (reading.sudden, reading.wrench):
             if passed := limit_passed(wrench, self.region, self._transit):
                 return passed
-        settled = self._settled if self.state is State.APPROACH or self.touching else True
         near = self.facing or (self.touching and (self._off or self.state is not State.RETRACTING))
-        return surge(reading, self._limits, settled) if near else ""
+        if not near or reading.stamp - self._doubted < _SLOPE:
+            return ""
+        return surge(reading, self._limits, self._settled or not self.touching)
 
     def _note_first(self, reading: Reading, excess: str) -> None:
         """Remember when the first sample over a limit came, to know how long the answer takes."""

@@ -15,7 +15,7 @@ from bathbot_scrub.rm65.wrench_filter import common
 Array = NDArray[np.float64]
 _TOGETHER = 0.001  # [s] between samples that arrive together: they were late
 _KEPT = 400  # readings of the force that are remembered, 2 s
-_BURST_COUNTS = 0.3  # [s] for which a burst is told
+_BURST_COUNTS = 0.05  # [s] for which a burst is told
 
 
 class Connected(NamedTuple):

@@ -1,0 +1,165 @@
+"""Force guard and watchdogs against the emulated controller with ordered faults, over TCP and UDP.
+
+Only what happens is asserted, not when.
+"""
+
+import time
+
+import numpy as np
+import pytest
+from bathbot_bringup.sim.faults import Fault
+from bathbot_scrub.rm65.errors import ArmError, NotReadyError
+from bathbot_scrub.rm65.guard_states import State
+from emulator_cell import AXIS, REGION, TARGET, running, segments, until
+
+
+@pytest.fixture
+def cell():
+    with running() as cell:
+        yield cell
+
+
+def in_contact(cell, region=REGION):
+    cell.approach(region=region)
+    until(lambda: not cell.driver.loop.guard.moving)
+
+
+def scrubbing(cell, speed=0.04, depth=0.004):
+    in_contact(cell)
+    for segment in segments(speed=speed, depth=depth):
+        cell.driver.follow(segment)
+    until(lambda: cell.driver.snapshot().distance_along > 0.015)
+
+
+def resumed(cell):
+    """Ask until the cause is gone."""
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline:
+        try:
+            return cell.driver.resume()
+        except ArmError:
+            time.sleep(0.02)
+    raise AssertionError(cell.driver.snapshot().reason)
+
+
+def leave(cell):
+    cell.driver.retract()
+    until(lambda: cell.state() in (State.FREE, State.FAULT))
+    if cell.state() is State.FAULT:
+        cell.driver.resume()
+
+
+def peak_force(cell):
+    """Largest true force [N] since the last call."""
+    force = np.linalg.norm(cell.emulator.trace.data().force, axis=1).max()
+    cell.emulator.trace.clear()
+    return force
+
+
+def test_a_body_pushed_into_the_scrubbing_brush_never_uses_up_the_bristles(cell):
+    scrubbing(cell)
+    peak_force(cell)
+    cell.emulator.order(Fault("body_push", duration=0.6, value=0.1))
+    until(lambda: cell.state() in (State.HOLD, State.FAULT))
+    assert "rises by" in cell.driver.snapshot().reason
+    until(lambda: cell.emulator.truth().contact.compression < 0.0)
+    assert cell.driver.loop.reactions.count > 0
+    assert peak_force(cell) < cell.driver.limits.region(REGION).hard_stop
+    cell.emulator.order(Fault("none"))
+    with pytest.raises(NotReadyError, match="arm/resume"):
+        cell.driver.home()
+    cell.driver.resume()
+    assert cell.state() is State.FREE
+
+
+@pytest.mark.parametrize("region", ["Trunk_skin", "Face_skin"])
+def test_a_body_nearer_than_believed_is_felt_below_the_threshold(cell, region):
+    cell.wall.shift = 0.02
+    peak_force(cell)
+    in_contact(cell, region)
+    assert peak_force(cell) < cell.driver.limits.region(region).retract
+    leave(cell)
+    cell.wall.shift = 0.0
+
+
+def test_a_short_silence_makes_the_arm_wait_and_go_on_by_itself(cell):
+    scrubbing(cell, speed=0.02)
+    cell.emulator.order(Fault("lost_udp", duration=0.15))
+    until(lambda: cell.driver.loop.guard.waiting)
+    assert cell.state() is State.CONTACT
+    assert "no state" in cell.driver.snapshot().reason
+    until(lambda: cell.driver.snapshot().path_done)
+    assert cell.state() is State.CONTACT
+    leave(cell)
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [("frozen_force", "came before"), ("dead_force", "six-axis"), ("joint_error", "joint")],
+)
+def test_what_does_not_pass_by_itself_is_a_fault_that_names_its_cause(cell, kind, told):
+    scrubbing(cell)
+    cell.emulator.order(Fault(kind))
+    until(lambda: cell.state() is State.FAULT)
+    assert told in cell.driver.snapshot().reason.replace("had come", "came")
+    with pytest.raises(NotReadyError, match="cannot resume"):
+        cell.driver.resume()
+    cell.emulator.order(Fault("none"))
+    resumed(cell)
+    assert cell.state() is State.HOLD
+    leave(cell)
+
+
+def test_with_a_doubtful_force_an_operator_can_still_take_the_arm_off_the_skin(cell):
+    scrubbing(cell)
+    cell.emulator.order(Fault("frozen_force"))
+    until(lambda: cell.state() is State.FAULT)
+    cell.driver.retract()
+    until(lambda: cell.state() is State.FAULT and not cell.driver.loop.guard.moving)
+    until(lambda: cell.gap() > 0.05)
+    offset = cell.emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
+    assert np.linalg.norm(np.cross(offset, AXIS)) < 0.05
+    cell.emulator.order(Fault("none"))
+    resumed(cell)
+    cell.driver.home()
+    until(lambda: cell.driver.snapshot().reason == "at home")
+
+
+@pytest.mark.parametrize(
+    ("begin", "told"),
+    [
+        pytest.param(lambda cell: cell.driver.follow(segments()[0]), "the planner is silent", id="planner"),
+        pytest.param(lambda cell: None, "without anything to do", id="client"),
+        pytest.param(lambda cell: cell.driver.stop(), "without anything to do", id="stopped"),
+    ],
+)
+def test_an_arm_with_nothing_to_do_leaves_the_skin(begin, told):
+    with running(leave_after=1.0) as cell:
+        in_contact(cell)
+        begin(cell)
+        until(lambda: told in cell.driver.snapshot().reason)
+        until(lambda: cell.state() is State.HOLD and not cell.driver.loop.guard.touching)
+        assert cell.gap() > 0.05
+
+
+def test_zeroing_is_refused_on_the_skin_and_when_something_touches(cell):
+    in_contact(cell)
+    with pytest.raises(NotReadyError, match="off the skin"):
+        cell.driver.zero_force()
+    leave(cell)
+    cell.emulator.order(Fault("drifting_force", value=-4.0))
+    until(lambda: cell.driver.snapshot().force > 3.2)
+    with pytest.raises(NotReadyError, match="where nothing should be"):
+        cell.driver.zero_force()
+    cell.emulator.order(Fault("none"))
+
+
+def test_the_comfort_band_slows_the_scrubbing_down(cell):
+    scrubbing(cell, speed=0.02, depth=0.004)
+    assert cell.driver.loop.motion.runner.share == 1.0
+    cell.emulator.order(Fault("drifting_force", value=-20.0, duration=0.3))
+    until(lambda: cell.driver.loop.motion.runner is None or cell.driver.loop.motion.runner.share < 1.0)
+    cell.emulator.order(Fault("none"))
+    until(lambda: cell.driver.snapshot().path_done or cell.state() is not State.CONTACT)
+    if cell.state() is State.CONTACT:
+        leave(cell)
