@@ -162,7 +162,8 @@ class ScrubJob:
                 return
             self._demand_contact(arm)
             wanted = not planner.finished and self._with_arm(arm) < self._settings.ahead
-            if wanted or time.monotonic() - seen > self._settings.watch_period:
+            fresh = self._sighting is not None  # whoever moves is noticed at once
+            if wanted or fresh or time.monotonic() - seen > self._settings.watch_period:
                 seen = time.monotonic()
                 self._look(planner)
             if wanted:

@@ -42,7 +42,7 @@ class ScrubPlannerSettings:
     breath_range: float = _about(0.004, "from that mean; skin farther off has moved for good [m]")
     max_shift: float = _about(0.02, "of the skin along its normal since the arm came [m]")
     min_cells: int = _about(40, "cells of skin in sight, below which motion cannot be told")
-    watch_period: float = _about(0.2, "between looks at the skin while no segment is due [s]")
+    watch_period: float = _about(0.2, "between looks at the clock while no new surface comes [s]")
     max_offset: float = _about(0.03, "between the head in contact and the contact target [m]")
 
     force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
