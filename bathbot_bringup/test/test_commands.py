@@ -233,6 +233,18 @@ def test_the_arm_goes_on_while_a_move_is_planned(desk):
     assert went_on == [[]]
 
 
+def test_connected_moves_are_off_when_the_arm_has_moved_since(desk):
+    assert ask(desk, "movej", trajectory_connect=1)["receive_state"]
+    for step in range(1, 21):
+        ask(desk, "movej_canfd", joint=[step * 500, *JOINTS[1:]])
+        run(desk, 0.01)
+    run(desk, 0.3)
+    before = desk.controller.dynamics.joints
+    assert not ask(desk, "movej")["receive_state"]
+    assert_allclose(run(desk, 0.2)[0][-1], before, atol=1e-6)
+    assert ask(desk, "movej")["receive_state"]
+
+
 def test_a_fault_that_comes_while_a_move_is_planned_wins(desk):
     @contextmanager
     def aside():
