@@ -11,6 +11,8 @@ from bathbot_bringup.sim.motion_plan import Motion
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.protocol import pose_from_wire
 from command_examples import EXAMPLES, JOINTS, PLACE, READY, desk_at, place, run
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 NEEDS_MORE = {"set_delete_current_trajectory", "set_arm_delete_trajectory", "manual_set_force_pose4",
@@ -231,6 +233,18 @@ def test_the_arm_goes_on_while_a_move_is_planned(desk):
     assert went_on == [[]]
 
 
+def test_connected_moves_are_off_when_the_arm_has_moved_since(desk):
+    assert ask(desk, "movej", trajectory_connect=1)["receive_state"]
+    for step in range(1, 21):
+        ask(desk, "movej_canfd", joint=[step * 500, *JOINTS[1:]])
+        run(desk, 0.01)
+    run(desk, 0.3)
+    before = desk.controller.dynamics.joints
+    assert not ask(desk, "movej")["receive_state"]
+    assert_allclose(run(desk, 0.2)[0][-1], before, atol=1e-6)
+    assert ask(desk, "movej")["receive_state"]
+
+
 def test_a_fault_that_comes_while_a_move_is_planned_wins(desk):
     @contextmanager
     def aside():
@@ -240,3 +254,26 @@ def test_a_fault_that_comes_while_a_move_is_planned_wins(desk):
     desk.aside = aside
     assert not ask(desk, "movel")["receive_state"]
     assert not desk.controller.busy
+
+
+@given(
+    steps=st.lists(
+        st.tuples(st.sampled_from(sorted(EXAMPLES)), st.integers(0, 1), st.sampled_from([0.0, 0.02, 0.3])),
+        max_size=12,
+    )
+)
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_in_any_order_every_accepted_move_ends_in_exactly_one_event(steps):
+    desk, accepted, told = desk_at(), 0, []
+    for name, connect, pause in [*steps, ("movej", 0, 0.1), ("set_arm_stop", 0, 2.0)]:
+        fields = {"trajectory_connect": connect} if "trajectory_connect" in EXAMPLES[name] else {}
+        answer = ask(desk, name, **fields)
+        granted = answer is not None and answer.get("receive_state") is True
+        accepted += granted and not fields.get("trajectory_connect")
+        joints, _, ends = run(desk, pause)
+        told += [end.frame for end in ends if end.frame and "trajectory_state" in end.frame]
+        assert np.isfinite(joints).all()
+        assert desk.controller.setup.limits.contain(desk.controller.dynamics.joints, -np.radians(1.0))
+    assert len(told) == accepted
+    assert not desk.controller.busy
+    assert desk.controller.at_rest

@@ -50,6 +50,8 @@ def test_a_collision_stops_the_arm_from_stage_on():
         ends = run(desk, 1.0)[2]
         assert desk.controller.health.error == error
         assert [end.reached for end in ends] == [error == 0]
+        desk.controller.begin(desk.controller.planner.joints(desk.controller.target, READY, 0.5))
+        assert [end.reached for end in run(desk, 1.0)[2]] == [True]  # it may leave
 
 
 def test_an_emergency_stop_is_of_generation_4_only(desk):

@@ -19,7 +19,7 @@ from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS
 from bathbot_scrub.rm65.protocol import joints_from_wire, pose_from_wire, pose_to_wire
 from bathbot_scrub.rm65.state_push import parse_sample
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -115,7 +115,7 @@ def test_every_command_takes_an_empty_request_without_raising(desk):
         | st.lists(st.integers() | st.floats(), max_size=7),
     ),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_hostile_values_never_raise_nor_move_beyond_the_limits(name, extra):
     arm = Arm(Kinematics("6F"), RM65_LIMITS, Brush())
     desk = Desk(Controller(arm, HOME, NoSurface(), lambda: 0.0, np.random.default_rng(0)))

@@ -3,6 +3,7 @@
 Time is that of the emulator's own trace; what a busy machine cannot do is told in `late`.
 """
 
+import gc
 import socket
 import time
 
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 from bathbot_bringup.sim.controller import STEP
 from bathbot_bringup.sim.emulator import Emulator
+from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
+from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.protocol import encode, joints_to_wire
 from command_examples import READY, desk_at, run
@@ -95,3 +98,10 @@ def test_a_client_that_dies_while_it_streams_leaves_the_arm_at_rest_near_its_las
     data = emulator.trace.data()
     after = data.stamp > data.frame_stamp[-1] + 0.3
     assert np.abs(data.joint_speeds[after]).max(initial=0.0) < STANDSTILL
+
+
+def test_what_is_loaded_is_kept_out_of_the_collection_of_memory():
+    with bathroom_emulator(SimRm65Settings(port=0, person=False)):
+        aside = gc.get_freeze_count()
+        gc.unfreeze()
+    assert aside > 10_000

@@ -2,19 +2,28 @@
 
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from bathbot_bringup.errors import InputError, SettingsError
+from bathbot_bringup.sim.arm_faults import BodyFaults
+from bathbot_bringup.sim.emulator_surface import PlaneSurface
 from bathbot_bringup.sim.fault_schedule import FaultEvent, FaultSchedule
 from bathbot_bringup.sim.faults import KINDS, Fault, parse_fault, read_fault
 from bathbot_bringup.sim.force_faults import ForceFaults, ForceReading
+from bathbot_bringup.sim.pushed_surface import PushedSurface
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.trace import Trace, load_trace
-from hypothesis import given
+from bathbot_depthcorr.rigid import transform_from
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
+LENIENT = settings(
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)  # the machine may be busy
 LASTING = sorted(set(KINDS) - {"none"})
 
 
@@ -26,6 +35,7 @@ def test_a_kind_alone_is_a_fault_with_its_own_value(kind):
     assert_allclose(fault.value, KINDS[kind].value)
 
 
+@LENIENT
 @given(
     mapping=st.recursive(
         st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
@@ -62,6 +72,7 @@ def test_text_that_is_no_fault_is_refused(text):
     assert read_fault("{kind: slow_udp, after: 1, value: 0.5}") == Fault("slow_udp", 1.0, value=0.5)
 
 
+@LENIENT
 @given(
     orders=st.lists(
         st.tuples(st.sampled_from(LASTING), st.floats(0.0, 5.0), st.floats(0.01, 5.0)), max_size=8
@@ -106,6 +117,30 @@ def test_a_stale_force_is_the_one_of_some_time_ago():
     schedule.update(0.0)
     for index in range(200, 300):
         assert sensor.spoil(readings[index]) is readings[index - 100]
+
+
+def test_the_page_about_the_emulator_names_every_kind():
+    page = (Path(__file__).parents[2] / "docs" / "emulator.md").read_text(encoding="utf-8")
+    assert not [kind for kind in KINDS if f"`{kind}`" not in page]
+
+
+@LENIENT
+@given(tilt=st.floats(-0.4, 0.4), depth=st.floats(0.001, 0.02), speed=st.floats(0.01, 1.0))
+def test_a_pressed_body_moves_along_its_normal_and_not_too_far(tilt, depth, speed):
+    normal = np.array([-np.cos(tilt), np.sin(tilt), 0.0])
+    surface = PushedSurface(PlaneSurface(tuple(normal), float(normal @ (0.5, 0.0, 0.3))))
+    head = transform_from(Rotation.from_euler("y", 90, degrees=True).as_matrix(), (0.5 + depth, 0.0, 0.3))
+    schedule, body = FaultSchedule(), BodyFaults(surface, 0.005)
+    schedule.order(Fault("body_push", value=speed), 0.0)
+    schedule.update(0.0)
+    for _ in range(20):
+        body.step(schedule, head, 0.0, pressed=True)
+    assert_allclose(surface.offset, 0.1 * speed * normal, atol=1e-9)
+    for _ in range(1000):
+        body.step(schedule, head, 0.0, pressed=True)
+    assert np.linalg.norm(surface.offset) <= 0.3
+    surface.put_back()
+    assert_allclose(surface.offset, 0.0)
 
 
 def test_a_scenario_orders_faults(tmp_path):

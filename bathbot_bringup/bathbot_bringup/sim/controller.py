@@ -79,6 +79,7 @@ class Controller:
         self.motion = Motion.IDLE
         self.health = ArmHealth()
         self._ends: list[Settled] = []
+        self._hit = False  # whether the contact force is above the collision stage's
         self.T_base_flange = arm.kinematics.flange(joints)
         self.skin = SkinContact(arm.brush, surface, clock, self.faults, STEP)
 
@@ -210,8 +211,10 @@ class Controller:
         self.T_base_flange = self.arm.kinematics.flange(self.dynamics.joints)
         contact = self.skin.step(self.T_base_head)
         self.sensor.measure(self.T_base_flange, contact.force, contact.torque)
-        if collides(self.setup.collision_stage, contact.force):
+        hit = collides(self.setup.collision_stage, contact.force)
+        if hit and not self._hit:  # once: the arm must be able to leave
             self.trip(JointTrouble(error=COLLISION))
+        self._hit = hit
         return settled
 
     def _advance(self) -> list[Settled]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import numpy as np
 from bathbot_scrub.rm65.errors import ArmError, JointLimitError, ProtocolError
 from bathbot_scrub.rm65.protocol import Frame, integer
 
@@ -9,6 +10,8 @@ from bathbot_bringup.sim.arm_health import ARC_IMPOSSIBLE, TARGET_OVER_LIMIT, UN
 from bathbot_bringup.sim.commands.table import Desk
 from bathbot_bringup.sim.motion_plan import ArcError, Plan
 from bathbot_bringup.sim.motion_queue import Ending, completion
+
+_AWAY = 1e-3  # [rad] from where a motion was planned to begin
 
 
 def check_ready(desk: Desk) -> None:
@@ -59,6 +62,10 @@ def begin(
     check_ready(desk)  # a fault may have come meanwhile
     if replaces:
         desk.controller.queue.take_back()
+    first = (desk.controller.queue.waiting or [planned])[0]
+    if np.abs(first.path.joints[0] - desk.controller.target).max() > _AWAY:
+        desk.controller.queue.abandon()
+        raise ProtocolError("the arm has moved since the first of the connected moves was accepted")
     desk.controller.begin(planned, more, ending)
 
 
