@@ -46,7 +46,7 @@ def plan_trial(case: FaultCase, seed: int) -> TrialPlan:
         delay=float(rng.uniform(0.05, 0.4)),
         shift=(float(radius * np.cos(angle)), float(radius * np.sin(angle))),
         heading=float(rng.uniform(0.0, 2.0 * np.pi)),
-        speed=float(rng.uniform(0.04, 0.10)),
+        speed=float(rng.uniform(0.03, 0.07)),
         value=value,
         offset=float(rng.uniform(0.0, PERIOD)),
     )

@@ -24,7 +24,7 @@ STANDOFF = {
     Phase.REST: 0.025,
     Phase.SCRUB: 0.025,
 }  # [m] of the approach
-DEPTH = 0.004  # [m] into the skin
+DEPTH = 0.0035  # [m] into the skin
 _IN_TIME = 20.0  # [s] for any step
 _OFF_AXIS, _BEGUN = 0.002, 0.004  # [m] beside the approach's line; along it, or from the start
 _AWAY = 0.04  # [m] of the head from its target, off the skin
