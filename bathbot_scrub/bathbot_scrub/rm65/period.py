@@ -1,6 +1,7 @@
 """A steady beat on an absolute schedule, and how regular it really is."""
 
 import contextlib
+import gc
 import os
 import threading
 import time
@@ -77,6 +78,16 @@ def prefer_process() -> None:
     except (OSError, AttributeError):
         with contextlib.suppress(OSError, AttributeError):
             os.setpriority(os.PRIO_PROCESS, 0, min(os.getpriority(os.PRIO_PROCESS, 0), -10))
+
+
+def settle_memory() -> None:
+    """Take all that is in memory out of the collector's sight, once everything is set up.
+
+    A full collection looks at some 60,000 objects of the libraries and stops every thread for 20 to 50 ms;
+    without them it takes less than 0.1 ms. It stays on, for what is made later.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 def raise_priority() -> str:

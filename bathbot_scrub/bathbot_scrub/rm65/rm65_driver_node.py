@@ -23,7 +23,7 @@ from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.messages import error_code, pose_stamped, request_from_goal, segment_from_message
-from bathbot_scrub.rm65.period import prefer_process
+from bathbot_scrub.rm65.period import prefer_process, settle_memory
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values, warning
 
@@ -78,6 +78,7 @@ class Rm65Driver(StageNode):
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
         self._timer = self.create_timer(1.0 / self._settings.publish_rate, self._publish)
+        settle_memory()
 
     def stop(self) -> None:
         """Stop the arm and let go of it."""
