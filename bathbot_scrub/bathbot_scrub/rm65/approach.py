@@ -137,7 +137,6 @@ class Approach:
         """Begin a motion and wait for its end, pauses included."""
         loop, left = self._loop, _MOTION_TIMEOUT
         with loop.lock:
-            loop.lock.wait_for(lambda: not loop.guard.waiting, _PATIENCE)
             if loop.guard.state is not State.APPROACH:
                 raise _why(loop.guard)
             if kind is Kind.SEEK:

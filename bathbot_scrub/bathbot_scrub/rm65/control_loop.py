@@ -110,11 +110,7 @@ class ControlLoop:
         self.guard.moving = self.guard.moving or self.guard.state is State.CONTACT
 
     def standing(self) -> Array:
-        """Joints [rad], shape (6,), from which a motion begins.
-
-        Raises:
-            NotReadyError: While anything that is measured, or the stream of commands, cannot be trusted.
-        """
+        """Joints [rad], shape (6,), from which a motion begins; NotReadyError while they are in doubt."""
         with self.lock:
             alarm = self.alarm()
             if alarm.doubtful:  # an alarm that has passed lets it begin, and wait for steady data by itself
@@ -138,18 +134,16 @@ class ControlLoop:
         return gravest(self.alarms)
 
     def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
-        """Start a motion from rest; the caller holds the lock and has set the guard's state.
-
-        Raises:
-            NotReadyError: When another motion runs, or the path begins elsewhere.
-        """
-        if self.guard.moving or self.guard.waiting:
-            raise NotReadyError(self.guard.waiting or f"the arm still moves {self.motion.kind.value}")
+        """Start a motion from rest; the caller holds the lock and has set the guard's state."""
+        if self.guard.moving:
+            raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
         self.motion.begin(path, pace, kind)
+        if self.guard.waiting:  # it begins when the wait is over
+            self.motion.brake()
         self.guard.moving = True
 
     def leave(self) -> None:
-        """Leave along the outward normal at once; lock and state as for `begin`; may be unreachable."""
+        """Leave along the outward normal at once; lock, state and errors as for `begin`."""
         self.motion.leave(self.where())
         self.guard.moving = True
 
@@ -177,10 +171,7 @@ class ControlLoop:
             try:
                 joints = self._turn(beat)
                 if joints is not None:
-                    self._link.client.stream_joints(joints)
-                    self._account(time.monotonic())
-                    if self.guard.touching and self.motion.kind is not Kind.LEAVE:
-                        self._way_out.prepare(joints)
+                    self._send(joints)
             except ArmConnectionError:
                 self.connection_lost()
             except ArmError as error:
@@ -188,14 +179,17 @@ class ControlLoop:
             except Exception as error:  # a bug must end in an arm that stands still, and be seen
                 self._fail(f"{type(error).__name__}: {error}")
 
-    def _account(self, now: float) -> None:
-        """A command went out now [s]."""
+    def _send(self, joints: Array) -> None:
+        """Send a command; use the pause behind it to plan the way out."""
+        self._link.client.stream_joints(joints)
+        now = self._sent = time.monotonic()
         if self._over_since is not None:
             self.reactions.add(now - self._over_since)
             self.statistics.pause()  # this one came early, on purpose
             self._over_since = None
-        self._sent = now
         self.statistics.tick(now)
+        if self.guard.touching and self.motion.kind is not Kind.LEAVE:
+            self._way_out.prepare(joints)
 
     def _fail(self, reason: str) -> None:
         with self.lock:

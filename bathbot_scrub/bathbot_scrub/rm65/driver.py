@@ -223,7 +223,7 @@ class ArmDriver:
     def _start_path(self, segment: Segment) -> None:
         region, loop = self.limits.region(segment.region), self.loop
         self._require_contact()
-        start = loop.standing()
+        start = loop.where()
         first = check_poses(segment.T_base_heads)
         if first.ndim != 3 or not len(first):
             raise NotReadyError(f"path {segment.path_id} begins without poses; send some")

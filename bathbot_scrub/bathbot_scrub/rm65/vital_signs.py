@@ -80,6 +80,8 @@ class VitalSigns:
 
     def _known(self, wrench: Array) -> bool:
         """Whether this very reading came before, in the last two seconds; noise never repeats itself."""
+        if not np.isfinite(wrench).all():
+            return False
         reading = wrench.tobytes()
         known = reading in self._readings
         self._readings[reading] = None
