@@ -163,3 +163,19 @@ def test_the_comfort_band_slows_the_scrubbing_down(cell):
     until(lambda: cell.driver.snapshot().path_done or cell.state() is not State.CONTACT)
     if cell.state() is State.CONTACT:
         leave(cell)
+
+
+def test_a_driver_that_was_held_up_does_not_move_on():
+    """The control loop's thread stands still for a while, as all of a process does that is stopped."""
+    with running(stale_after=0.3, wait_at_most=0.5) as cell:
+        cell.approach()
+        for segment in segments(count=6, speed=0.05):
+            cell.driver.follow(segment)
+        until(lambda: cell.driver.snapshot().distance_along > 0.01)
+        with cell.driver.loop.lock:
+            time.sleep(0.5)
+        until(lambda: cell.state() is State.FAULT)
+        assert "stood still" in cell.driver.snapshot().reason
+        stood = cell.emulator.truth().joints
+        time.sleep(0.3)
+        assert np.abs(cell.emulator.truth().joints - stood).max() < 1e-3

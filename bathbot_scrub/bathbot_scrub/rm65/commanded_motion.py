@@ -91,6 +91,12 @@ class CommandedMotion:
         if self.runner is not None:
             self.runner.brake(_STOP_JOINTS if self.kind in _JOINT_MOVES else _STOP_LINE)
 
+    def begin_anew(self) -> None:
+        """Nothing was commanded for so long that the arm stands: what follows begins from rest."""
+        self._trail = None
+        if self.runner is not None:
+            self.runner.begin_anew()
+
     def go_on(self, state: State) -> bool:
         """Go on after a brake, if the motion suits the state of the arm; tell whether it does."""
         if self.runner is None or _STATE_OF[self.kind] is not state:

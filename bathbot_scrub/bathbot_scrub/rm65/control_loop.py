@@ -42,6 +42,7 @@ _WHERE = {  # motions whose end ends a state, and what is said then
     Kind.SENT: "where it was sent",
 }
 _MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
+_STOOD = 0.1  # [s] without a command after which the controller ends the stream
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 
 
@@ -81,6 +82,7 @@ class ControlLoop:
         self.motion = CommandedMotion(self._way_out, retract.pace, self._period)
         self._at_work, self._rest = AtWork(), 0.0
         self._sent = 0.0  # [s] when the last command went out
+        self._lost_after, self._turned = settings.stale_after, time.monotonic()
         self._over_since: float | None = None  # [s] stamp of the sample that is being answered
         self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
@@ -179,6 +181,19 @@ class ControlLoop:
             except Exception as error:  # a bug must end in an arm that stands still, and be seen
                 self._fail(f"{type(error).__name__}: {error}")
 
+    def _note_pause(self) -> None:
+        """Where this process was held up, the controller may have brought the arm to rest.
+
+        Raises:
+            NotReadyError: It was so long that nobody knows what has happened meanwhile.
+        """
+        now = time.monotonic()
+        stood, self._turned = now - self._turned, now
+        if stood > _STOOD:
+            self.motion.begin_anew()
+            if stood > self._lost_after and (self.guard.moving or self.guard.touching or self.guard.waiting):
+                raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
+
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the way out."""
         self._link.client.stream_joints(joints)
@@ -203,6 +218,7 @@ class ControlLoop:
     def _turn(self, beat: Beat) -> Array | None:
         """Judge; when a command is due, give the joints to send."""
         with self.lock:
+            self._note_pause()
             before = self.guard.state, self.guard.waiting, self.alarms
             self._judge(beat)
             joints = self._advance() if beat.passed() else None

@@ -54,6 +54,10 @@ class PathRunner:
         self._braking = False
         self.pace = pace or self.pace
 
+    def begin_anew(self) -> None:
+        """The arm has come to rest here by itself: whatever follows begins from rest."""
+        self.speed = self._acceleration = 0.0
+
     def replace(self, path: JointPath) -> None:
         """Run on a longer path that has the same samples up to here."""
         self.path = path
