@@ -2,9 +2,10 @@
 
 import numpy as np
 from bathbot_bringup.sim import commands  # noqa: F401 - fills the table
+from bathbot_bringup.sim.arm_setup import Arm
 from bathbot_bringup.sim.brush import Brush
 from bathbot_bringup.sim.commands.table import Desk
-from bathbot_bringup.sim.controller import STEP, Arm, Controller
+from bathbot_bringup.sim.controller import STEP, Controller
 from bathbot_bringup.sim.emulator_surface import NoSurface
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from bathbot_bringup.sim import commands  # noqa: F401 - fills the table
 from bathbot_bringup.sim.arm_health import OVER_SPEED, TARGET_OVER_LIMIT
+from bathbot_bringup.sim.arm_setup import Arm
 from bathbot_bringup.sim.brush import Brush
 from bathbot_bringup.sim.commands.table import COMMANDS, Desk, reply
-from bathbot_bringup.sim.controller import STEP, Arm, Controller
+from bathbot_bringup.sim.controller import STEP, Controller
 from bathbot_bringup.sim.emulator_settings import HOME_DEG
 from bathbot_bringup.sim.emulator_surface import NoSurface
 from bathbot_bringup.sim.joint_dynamics import JointDynamics

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_bringup.sim.commands.table import reply
 from bathbot_bringup.sim.emulator import Emulator
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.faults import Fault
@@ -12,6 +13,7 @@ from bathbot_scrub.rm65.client import ArmClient
 from bathbot_scrub.rm65.errors import ArmConnectionError, RefusedError
 from bathbot_scrub.rm65.protocol import encode
 from bathbot_scrub.rm65.state_push import StateReceiver
+from command_examples import EXAMPLES, JOINTS, desk_at, run
 from emulator_cell import AXIS, READY_DEG, TARGET, Wall, until
 from numpy.testing import assert_allclose
 
@@ -42,7 +44,7 @@ class Bench:
         self.emulator.order(Fault("none"))
         until(lambda: "none" in self.emulator.trace.data().event_kind[count:])
 
-    def after(self, count=12):
+    def after(self, count=8):
         """Samples that come from now on; the first may have been on its way."""
         begin = len(self.samples)
         until(lambda: len(self.samples) >= begin + count + 1)
@@ -89,7 +91,7 @@ def forces(samples):
 
 
 def test_a_frozen_force_repeats_itself_and_a_healthy_one_never(bench):
-    assert len(np.unique(forces(bench.after()), axis=0)) > 10
+    assert len(np.unique(forces(bench.after()), axis=0)) > 6
     bench.order("frozen_force")
     assert len(np.unique(forces(bench.after()), axis=0)) == 1
 
@@ -98,9 +100,10 @@ def test_a_frozen_force_repeats_itself_and_a_healthy_one_never(bench):
     ("kind", "value", "felt"), [("biased_force", -12.0, -12.0), ("saturated_force", -150.0, -150.0)]
 )
 def test_a_wrong_force_is_wrong_by_its_value(bench, kind, value, felt):
+    bench.steps(25)  # zeroing averages twenty readings
     bench.demand({"command": "clear_force_data"}, "clear_state")
     bench.order(kind, value=value)
-    assert_allclose(forces(bench.after())[-5:, 2], felt, atol=4.0)
+    assert_allclose(forces(bench.after())[-5:, 2], felt, atol=3.0)
 
 
 def test_a_drifting_force_drifts(bench):
@@ -210,20 +213,31 @@ def back(bench):
 
 
 @pytest.mark.parametrize(
-    ("kind", "code"), [("joint_error", 0x1010), ("following_error", 0x1010), ("collision_stop", 0x100D)]
+    ("kind", "code", "joint_code"),
+    [("joint_error", 0x1010, 0x40), ("following_error", 0x1010, 0x800), ("collision_stop", 0x100D, 0)],
 )
-def test_a_fault_of_the_arm_stops_it_and_the_stream_is_not_obeyed(bench, kind, code):
-    move(bench)
-    bench.order(kind, **({} if kind == "collision_stop" else {"value": 1}))
-    until(lambda: bench.samples[-1].errors == (code,))
-    bench.steps(50)
-    stood = bench.emulator.truth().joints
-    bench.client.stream_joints(stood + 0.02)
-    bench.steps(20)
-    assert_allclose(bench.emulator.truth().joints, stood, atol=2e-3)
-    assert np.abs(stood - READY).max() < np.radians(39)
-    back(bench)
-    assert bench.after()[-1].errors == ()
+def test_a_fault_of_the_arm_stops_it_and_the_stream_is_not_obeyed(kind, code, joint_code):
+    desk, far = desk_at(), [40000, *JOINTS[1:]]
+    controller = desk.controller
+    reply(desk, EXAMPLES["movej"] | {"joint": far})
+    run(desk, 0.3)
+    controller.faults.order(Fault(kind) if kind == "collision_stop" else Fault(kind, value=1), 0.0)
+    controller.faults.update(0.0)
+    _, speeds, ends = run(desk, 0.5)
+    assert (controller.health.error, controller.health.joint_codes[0]) == (code, joint_code)
+    assert [end.reached for end in ends] == [False]
+    assert np.abs(speeds[50:]).max() < 0.02  # 0.25 s
+    stood = controller.dynamics.joints
+    assert 0.01 < stood[0] < np.radians(39.0)
+    controller.stream(stood + 0.02)
+    assert_allclose(run(desk, 0.2)[0][-1], stood, atol=1e-3)
+    controller.faults.order(Fault("none"), 0.0)
+    controller.faults.update(0.0)
+    assert_allclose(run(desk, 0.2)[0][-1], stood, atol=1e-3)
+    reply(desk, EXAMPLES["clear_system_err"])
+    assert controller.health.error == 0
+    assert reply(desk, EXAMPLES["movej"])["receive_state"]
+    assert [end.reached for end in run(desk, 3.0)[2]] == [True]
 
 
 def test_a_power_cut_brakes_hard_and_silences_all_until_power_is_switched_on(bench):

@@ -1,4 +1,4 @@
-"""What a client may set on the emulated controller and read back: limits, poses, frames, modes."""
+"""Which arm is emulated, and what a client may set on it and read back: limits, poses, frames, modes."""
 
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -6,14 +6,27 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_depthcorr.rigid import inverse
 from bathbot_scrub.rm65.errors import ProtocolError
+from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.protocol import pose_from_wire
 from numpy.typing import NDArray
+
+from bathbot_bringup.sim.brush import Brush
 
 Array = NDArray[np.float64]
 _MOST_FRAMES = 10  # of each sort
 _LONGEST_NAME = 10  # [bytes], as the vendor's software says
 DRIVE_LIMITS = replace(RM65_LIMITS, acceleration=np.radians([600.0] * 6))  # what the joints can do
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """Which arm is emulated."""
+
+    kinematics: Kinematics
+    limits: JointLimits
+    brush: Brush
+    generation: int = 3
 
 
 @dataclass(slots=True)

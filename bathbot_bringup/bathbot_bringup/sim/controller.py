@@ -5,11 +5,10 @@ Not thread-safe: the emulator holds one lock around it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD, Kinematics
-from bathbot_scrub.rm65.limits import JointLimits
+from bathbot_scrub.rm65.kinematics import T_FLANGE_HEAD
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.arm_faults import (
@@ -19,12 +18,12 @@ from bathbot_bringup.sim.arm_faults import (
     joint_trouble,
 )
 from bathbot_bringup.sim.arm_health import OVER_SPEED, TARGET_OVER_LIMIT, ArmHealth
-from bathbot_bringup.sim.arm_setup import DRIVE_LIMITS, ArmSetup
-from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
+from bathbot_bringup.sim.arm_setup import DRIVE_LIMITS, Arm, ArmSetup
+from bathbot_bringup.sim.brush import Contact, SkinSurface
 from bathbot_bringup.sim.controller_force import ForceSensor
 from bathbot_bringup.sim.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.force_position import ForcePosition
-from bathbot_bringup.sim.joint_dynamics import JointDynamics
+from bathbot_bringup.sim.joint_dynamics import BRAKE, MOTOR, JointDynamics
 from bathbot_bringup.sim.joint_stream import LARGEST_STEP, JointStream
 from bathbot_bringup.sim.motion_plan import Motion, Plan, Planner
 from bathbot_bringup.sim.motion_queue import Ending, MotionQueue, Settled, completion
@@ -33,16 +32,6 @@ from bathbot_bringup.sim.skin_contact import SkinContact, collides
 Array = NDArray[np.float64]
 STEP = 0.005  # [s]
 _STOPS = (Motion.STOP, Motion.SLOW_STOP)
-
-
-@dataclass(frozen=True, slots=True)
-class Arm:
-    """Which arm is emulated."""
-
-    kinematics: Kinematics
-    limits: JointLimits
-    brush: Brush
-    generation: int = 3
 
 
 class Controller:
@@ -79,6 +68,7 @@ class Controller:
         self.motion = Motion.IDLE
         self.health = ArmHealth()
         self._ends: list[Settled] = []
+        self.halting = False  # whether the joints brake, whatever the target
         self._hit = False  # whether the contact force is above the collision stage's
         self.T_base_flange = arm.kinematics.flange(joints)
         self.skin = SkinContact(arm.brush, surface, clock, self.faults, STEP)
@@ -140,7 +130,7 @@ class Controller:
         """
         if self.force_position is None:
             self._yielded[:] = 0.0
-        stopping = self.motion in _STOPS and not self.at_rest
+        stopping = self.halting or (self.motion in _STOPS and not self.at_rest)
         if not self.health.ready or self.health.tripped or self.busy or stopping:
             return
         if not self.setup.limits.contain(goal):
@@ -171,7 +161,8 @@ class Controller:
         self._ends += self.queue.abandon()
         self._stream.forget()
         self.force_position = None
-        self.target, self.motion = self.dynamics.stopping_point(), Motion.STOP
+        self.halting, self.motion = not self.dynamics.standing, Motion.STOP
+        self.target = self.dynamics.joints
 
     def enable(self, joint: int, on: bool) -> None:
         """Switch a joint, from 0, on or off; off, its brake holds it and motions are lost."""
@@ -207,7 +198,7 @@ class Controller:
         if trouble.error:
             self.trip(trouble)
         settled = [] if "stalled" in self.faults else self._advance()
-        self.dynamics.step(self.target, STEP, self.health.braked | trouble.stuck)
+        self._move_joints(self.health.braked | trouble.stuck)
         self.T_base_flange = self.arm.kinematics.flange(self.dynamics.joints)
         contact = self.skin.step(self.T_base_head)
         self.sensor.measure(self.T_base_flange, contact.force, contact.torque)
@@ -216,6 +207,14 @@ class Controller:
             self.trip(JointTrouble(error=COLLISION))
         self._hit = hit
         return settled
+
+    def _move_joints(self, braked: frozenset[int]) -> None:
+        """Let the joints follow the target, or stop."""
+        held = dict.fromkeys(range(6), MOTOR) if self.halting else {}
+        self.dynamics.step(self.target, STEP, held | dict.fromkeys(braked, BRAKE))
+        if self.halting:
+            self.target = self.dynamics.joints
+            self.halting = not self.dynamics.standing
 
     def _advance(self) -> list[Settled]:
         """Move the target on."""

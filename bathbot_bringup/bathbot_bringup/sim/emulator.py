@@ -23,9 +23,10 @@ from bathbot_scrub.rm65.protocol import Frame
 from numpy.typing import NDArray
 
 import bathbot_bringup.sim.commands  # noqa: F401 - fills the table
+from bathbot_bringup.sim.arm_setup import Arm
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
 from bathbot_bringup.sim.commands.table import Desk, reply
-from bathbot_bringup.sim.controller import STEP, Arm, Controller
+from bathbot_bringup.sim.controller import STEP, Controller
 from bathbot_bringup.sim.emulator_session import Session, Sessions
 from bathbot_bringup.sim.emulator_settings import EmulatorSettings
 from bathbot_bringup.sim.emulator_surface import NoSurface

@@ -1,17 +1,19 @@
 """How the emulated joints follow what they are told: with lag, limited speed and acceleration."""
 
 import math
-from collections.abc import Container
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from bathbot_scrub.rm65.limits import JointLimits
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-_ACCELERATION = math.radians(600.0)  # [rad/s^2], the controller's own default
+MOTOR = math.radians(600.0)  # [rad/s^2] that the motors do, the controller's own default
+BRAKE = math.radians(1800.0)  # [rad/s^2] of a joint's mechanical brake; ours
+NOTHING_HELD: Mapping[int, float] = MappingProxyType({})
 _BRAKING = 0.8  # share of it that is counted on to stop at the target
 _RATE_MEMORY = 0.7  # of the target's own speed, per step
-_BRAKE = math.radians(1800.0)  # [rad/s^2] of a joint's mechanical brake; ours
 
 
 class JointDynamics:
@@ -35,30 +37,25 @@ class JointDynamics:
         """Joint angles [rad], shape (6,)."""
         return np.array(self.positions)
 
-    def stopping_point(self) -> Array:
-        """Where the joints come to rest when they brake as hard as they can [rad], shape (6,)."""
-        way = [v * abs(v) / (2.0 * _BRAKING * _ACCELERATION) for v in self.speeds]
-        return self.joints + way
-
-    def step(self, target: ArrayLike, dt: float, stuck: Container[int] = ()) -> None:
+    def step(self, target: ArrayLike, dt: float, held: Mapping[int, float] = NOTHING_HELD) -> None:
         """Advance by `dt` [s] towards the target [rad], shape (6,), exact while no limit is met.
 
-        The joints whose indices are in `stuck` brake instead, and stand.
+        Joints, from 0, that are `held` brake with a deceleration [rad/s^2] instead, and stand.
         """
-        omega, decay, most = self._bandwidth, math.exp(-self._bandwidth * dt), _ACCELERATION * dt
+        omega, decay, most = self._bandwidth, math.exp(-self._bandwidth * dt), MOTOR * dt
         for i, goal in enumerate(target):
             goal, limit = float(goal), self._limits[i]
             rate = (goal - self._goals[i]) / dt
             self._goals[i] = goal
             self._rates[i] += (1.0 - _RATE_MEMORY) * (min(max(rate, -limit), limit) - self._rates[i])
-            if i in stuck:
-                self._brake(i, dt)
+            if i in held:
+                self._brake(i, held[i] * dt, dt)
                 continue
             speed, error = self.speeds[i], self.positions[i] - goal
             slope = speed + omega * error
             free = (speed - omega * slope * dt) * decay
             # no faster than the target itself plus what can still be braked away
-            limit = min(limit, abs(self._rates[i]) + math.sqrt(2.0 * _BRAKING * _ACCELERATION * abs(error)))
+            limit = min(limit, abs(self._rates[i]) + math.sqrt(2.0 * _BRAKING * MOTOR * abs(error)))
             wanted = min(max(free, -limit), limit)
             new = speed + min(max(wanted - speed, -most), most)
             if new == free:
@@ -68,11 +65,18 @@ class JointDynamics:
             self.speeds[i] = new
             self.travelled[i] += abs(new) * dt
 
-    def _brake(self, joint: int, dt: float) -> None:
+    def _brake(self, joint: int, slower: float, dt: float) -> None:
+        """Take `slower` [rad/s] from the speed of a joint."""
         speed = self.speeds[joint]
-        new = math.copysign(max(abs(speed) - _BRAKE * dt, 0.0), speed)
+        new = math.copysign(max(abs(speed) - slower, 0.0), speed)
         self.positions[joint] += 0.5 * (speed + new) * dt
-        self.speeds[joint] = new
+        self.travelled[joint] += 0.5 * abs(speed + new) * dt
+        self.speeds[joint], self._rates[joint] = new, 0.0
+
+    @property
+    def standing(self) -> bool:
+        """Whether no joint moves at all."""
+        return not any(self.speeds)
 
     def at_rest(self, target: ArrayLike) -> bool:
         """Whether all joints stand at the target to 1e-4 rad and 1e-3 rad/s."""

@@ -24,6 +24,8 @@ _CALIBRATION_DEG = (
 )
 _NEW = "control_mode"  # the key that tells the newer form of force control
 _LIMIT = 0.1  # [m/s] of the older form; ours
+_FIXED_TURN = 3  # control mode of an axis that follows the motion
+_MOST_FORCE, _FASTEST = 100.0, 0.2  # [N], [m/s] that the manual allows
 
 
 @command("get_force_data")
@@ -108,8 +110,12 @@ def _force_position(request: Frame) -> ForcePosition:
         modes = tuple(int(value) for value in integers(request, _NEW, 6))
         if not set(modes) <= set(range(9)):
             raise ProtocolError(f"control_mode holds a mode that is none: {modes}")
+        if _FIXED_TURN in modes[3:] and set(modes[3:]) != {_FIXED_TURN}:
+            raise ProtocolError(f"if one turning axis follows the motion (3), all must: {modes[3:]}")
         force = integers(request, "desired_force", 6)[:3] * 0.1
         limit = np.abs(integers(request, "limit_vel", 6)[:3]) * 1e-3
+        if np.abs(force).max() > _MOST_FORCE or limit.max() > _FASTEST:
+            raise ProtocolError(f"force above {_MOST_FORCE} N or speed above {_FASTEST} m/s")
     else:
         axis = integer(request, "direction" if "direction" in request else "dir", 0, 5)
         size = integer(request, "N" if "N" in request else "force", -1000, 1000) * 0.1

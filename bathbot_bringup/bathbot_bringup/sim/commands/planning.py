@@ -23,6 +23,8 @@ def check_ready(desk: Desk) -> None:
     controller = desk.controller
     if not controller.health.ready:
         raise ProtocolError("the arm or a joint has no power, or an emergency stop holds it")
+    if controller.halting:
+        raise ProtocolError("the arm is about to stop")
     if controller.busy:
         raise ProtocolError("a planned motion is on its way")  # queue or replace: not published
 
