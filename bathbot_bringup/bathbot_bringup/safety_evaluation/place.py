@@ -18,6 +18,10 @@ _ROOMS = (0.05, 0.04, 0.03)  # [m] about the place that must be skin within reac
 _SLOPE = np.cos(np.radians(40.0))  # of the skin about the place
 _ROUND = 0.02  # [m] over which the normal is averaged
 _FOLDED = np.radians((0.0, 60.0, -130.0, 0.0, -80.0, 0.0))
+_BRUSH = 0.018  # [m] from the middle of the brush to its rim of bristles
+_RIM = _BRUSH * np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=-1)
+_FLAT = 0.007  # [m] of relief under the brush
+_NEIGHBOURS = 11
 _START = 0.15  # [m] off the skin where rays begin
 _SIGHT, _PIXEL = 0.13, 0.0025  # [m] to either side of a target, between points
 
@@ -48,28 +52,71 @@ class Place:
         cos, sin = np.cos(heading), np.sin(heading)
         T = self.T_base_place.copy()
         T[:3, :3] = T[:3, :3] @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        return self._on_skin(T, np.array([self.T_base_place[:3, :2] @ shift]))[0]
+        return facing(self.surface, on_skin(self.surface, T, np.array([self.T_base_place[:3, :2] @ shift])))[
+            0
+        ]
 
     def stroke(self, T_base_target: Array, half: float, step: float, depth: float) -> Array:
-        """Head poses along y of a target, to and fro once, shape (N, 4, 4); the head keeps its direction.
+        """Head poses along y of a target, to and fro once, shape (N, 4, 4), the head facing the skin.
 
         From the middle `half` [m] to either side, `step` [m] between poses, `depth` [m] into the skin.
         """
         out = np.arange(0.0, half, step)
         along = np.concatenate([out, half - out, -out, out - half])
-        poses = self._on_skin(T_base_target, along[:, None] * T_base_target[:3, 1])
-        poses[:, :3, 3] += depth * T_base_target[:3, 2]
+        poses = facing(
+            self.surface, on_skin(self.surface, T_base_target, along[:, None] * T_base_target[:3, 1])
+        )
+        poses[:, :3, 3] += depth * poses[:, :3, 2]
         return poses
 
-    def _on_skin(self, T: Array, offsets: Array) -> Array:
-        """The pose moved by offsets [m] (N, 3) and then along its z axis onto the skin (N, 4, 4)."""
-        starts = T[:3, 3] + offsets - _START * T[:3, 2]
-        distances, _, _ = self.surface.distance(starts, np.tile(T[:3, 2], (len(starts), 1)), 0.0)
-        if not np.isfinite(distances).all():
-            raise InputError("the stroke leaves the body; choose another place")
-        poses = np.tile(T, (len(starts), 1, 1))
-        poses[:, :3, 3] = starts + distances[:, None] * T[:3, 2]
-        return poses
+
+def on_skin(surface: SkinSurface, T: Array, offsets: Array) -> Array:
+    """A pose moved by offsets [m] (N, 3) and then along its z axis onto the skin (N, 4, 4).
+
+    Raises:
+        InputError: Where there is none.
+    """
+    starts = T[:3, 3] + offsets - _START * T[:3, 2]
+    distances, _, _ = surface.distance(starts, np.tile(T[:3, 2], (len(starts), 1)), 0.0)
+    if not (distances < 2.0 * _START).all():
+        raise InputError("there is no skin; choose another place")
+    poses = np.tile(T, (len(starts), 1, 1))
+    poses[:, :3, 3] = starts + distances[:, None] * T[:3, 2]
+    return poses
+
+
+def facing(surface: SkinSurface, poses: Array) -> Array:
+    """Poses on the skin (N, 4, 4), turned so that z is the normal of the skin under the brush.
+
+    Neighbours share their normals, in a circle: a path does not jerk over a wrinkle.
+    """
+    heights = _heights(surface, poses)
+    slopes = 2.0 / (len(_RIM) * _BRUSH**2) * heights[:, 1:] @ _RIM  # of the plane through the rim
+    share = min(_NEIGHBOURS, len(poses))
+    slopes = np.mean([np.roll(slopes, k - share // 2, axis=0) for k in range(share)], axis=0)
+    z = poses[:, :3, 2] - np.einsum("nij,nj->ni", poses[:, :3, :2], slopes)
+    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    y = poses[:, :3, 1] - np.sum(poses[:, :3, 1] * z, axis=1, keepdims=True) * z
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    turned = poses.copy()
+    turned[:, :3, :3] = np.stack([np.cross(y, z), y, z], axis=-1)
+    return turned
+
+
+def _heights(surface: SkinSurface, poses: Array) -> Array:
+    """How deep the skin lies along z of poses (N, 4, 4) under the middle and the rim of the brush (N, 9) [m].
+
+    Raises:
+        InputError: Where there is none.
+    """
+    offsets = np.vstack([np.zeros((1, 2)), _RIM])
+    across = np.einsum("nij,kj->nki", poses[:, :3, :2], offsets)
+    starts = poses[:, None, :3, 3] + across - _START * poses[:, None, :3, 2]
+    aims = np.repeat(poses[:, :3, 2], len(offsets), axis=0)
+    distances, _, _ = surface.distance(starts.reshape(-1, 3), aims, 0.0)
+    if not (distances < 2.0 * _START).all():
+        raise InputError("the brush would stand over the edge of the body; choose another place")
+    return distances.reshape(len(poses), -1) - _START
 
 
 def seen_skin(surface: SkinSurface, T_base_target: Array) -> Array:
@@ -130,11 +177,11 @@ def _reachable(
     around = _normals(surface, T, room)
     if around is None or (around @ -T[:3, 2]).min() < _SLOPE:
         return None
+    sides = (T[:3, :2] @ (room / _BRUSH * _RIM).T).T
+    if not _even(surface, T, np.vstack([0.5 * sides, sides])):
+        return None
     ring = np.stack([retreated(T, distance) for distance in (-0.01, 0.05, 0.11)])
-    angles = np.arange(8) * np.pi / 4
-    sides = T[:3, :2] @ (room * np.stack([np.cos(angles), np.sin(angles)]))
-    ring = np.concatenate([ring + _moved(side) for side in sides.T])
-    solutions = solve_head(kinematics, ring)
+    solutions = solve_head(kinematics, np.concatenate([ring + _moved(side) for side in sides]))
     common = np.isfinite(solutions).all(axis=(0, 2))
     if not common.any():
         return None
@@ -143,6 +190,15 @@ def _reachable(
         return None
     bend = float(np.abs(solutions[:, common, 4]).min(axis=0).max())
     return bend, Place(T, nearest(waiting, _FOLDED), room, surface)
+
+
+def _even(surface: SkinSurface, T: Array, offsets: Array) -> bool:
+    """Whether the brush would meet skin with all its rim, wherever it stands beside a frame."""
+    try:
+        poses = [facing(surface, on_skin(surface, T, offset[None])) for offset in offsets]
+        return bool(np.ptp(_heights(surface, np.concatenate(poses)), axis=1).max() < _FLAT)
+    except InputError:
+        return False
 
 
 def _moved(offset: Array) -> Array:
