@@ -116,13 +116,20 @@ def test_a_step_is_passed_in_a_few_time_constants():
 
 
 @given(glitch=st.tuples(*[st.floats(-1e4, 1e4)] * 6), noise=st.integers(0, 100))
-def test_a_single_glitch_of_any_size_changes_nothing_by_more_than_the_noise(glitch, noise):
+def test_a_single_glitch_of_any_size_changes_the_filtered_by_noise_and_the_sudden_by_a_newton(glitch, noise):
     wrench_filter, samples = WrenchFilter(15.0), np.random.default_rng(noise).normal(0.0, 0.05, (20, 6))
     samples[10] = glitch
     for k, sample in enumerate(samples):
         wrench = wrench_filter.update(0.005 * k, sample)
         assert np.abs(wrench.filtered[:3]).max() < 0.3
-        assert np.abs(wrench.sudden[:3]).max() < 0.3
+        assert np.abs(wrench.sudden[:3]).max() < 1.3
+
+
+def test_a_force_that_rises_steadily_is_sudden_at_once():
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(40):
+        wrench = wrench_filter.update(0.005 * k, [0, 0, -0.5 * k, 0, 0, 0])
+        assert wrench.sudden[2] == pytest.approx(-0.5 * k)
 
 
 def test_a_wrench_that_is_no_number_is_told_and_forgotten():

@@ -83,7 +83,7 @@ def lagging(joints, times, lag):
 
 @given(
     speeds=st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
-    lag=st.floats(0.0, 0.08),
+    lag=st.floats(0.0, 0.07),
     age=st.floats(0.0, 0.05),
 )
 @settings(max_examples=50)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_EXPLAINED = 8  # commands, 0.08 s: the lag of the controller and of the way there and back
+_EXPLAINED = 8  # commands, a lag of 0.07 s: the lag of the controller and of the way there and back
 _WATCHED = 30  # commands, 0.3 s, in which something must have moved
 _REMEMBERED = 60  # commands, 0.6 s: a change of speed that joints have not made good yet
 _ACCELERATION = np.radians(600.0)  # [rad/s^2] of the joints, the controller's default

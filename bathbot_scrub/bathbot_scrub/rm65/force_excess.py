@@ -22,7 +22,7 @@ class Reading(NamedTuple):
     stamp: float  # [s] time.monotonic() when the newest sample arrived
     raw: Array  # as measured
     wrench: Array  # filtered
-    sudden: Array  # what two samples in a row have at least
+    sudden: Array  # as measured, but for single glitches
     rise: float  # [N/s] of the resultant
     age: float  # [s] since the sample arrived
 
