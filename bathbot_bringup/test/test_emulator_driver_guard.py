@@ -63,7 +63,7 @@ def test_a_body_pushed_into_the_scrubbing_brush_never_uses_up_the_bristles(cell)
     until(lambda: cell.state() in (State.HOLD, State.FAULT))
     assert "rises by" in cell.driver.snapshot().reason
     until(lambda: cell.emulator.truth().contact.compression < 0.0)
-    assert cell.driver.loop.reactions.count > 0
+    assert cell.driver.loop.log.reactions.count > 0
     assert peak_force(cell) < cell.driver.limits.region(REGION).hard_stop
     cell.emulator.order(Fault("none"))
     with pytest.raises(NotReadyError, match="arm/resume"):

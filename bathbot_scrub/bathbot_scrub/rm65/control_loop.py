@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.alarm import Alarm
 from bathbot_scrub.rm65.at_work import AtWork
+from bathbot_scrub.rm65.command_log import CommandLog
 from bathbot_scrub.rm65.commanded_motion import CommandedMotion
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError
@@ -23,10 +24,9 @@ from bathbot_scrub.rm65.guard_states import Action, State
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.link import Link
 from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.motion_kind import Kind
+from bathbot_scrub.rm65.motion_kind import ARRIVALS, Kind
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.period import Beat, PeriodStatistics, raise_priority
-from bathbot_scrub.rm65.reaction import ReactionStatistics
+from bathbot_scrub.rm65.period import Beat, raise_priority
 from bathbot_scrub.rm65.watchdogs import Watchdogs, gravest
 from bathbot_scrub.rm65.way_out import Retract, WayOut
 from bathbot_scrub.rm65.wrench_filter import resultant
@@ -35,12 +35,6 @@ Array = NDArray[np.float64]
 _TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
-_WHERE = {  # motions whose end ends a state, and what is said then
-    Kind.SEEK: "retracted",
-    Kind.LEAVE: "retracted",
-    Kind.HOME: "at home",
-    Kind.SENT: "where it was sent",
-}
 _MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
 _STOOD = 0.1  # [s] without a command after which the controller ends the stream
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
@@ -67,11 +61,7 @@ class ControlLoop:
             warn: Takes one line for the log.
         """
         self._period = 1.0 / settings.rate
-        self.guard, self.statistics, self.reactions = (
-            guard,
-            PeriodStatistics(self._period),
-            ReactionStatistics(),
-        )
+        self.guard, self.log = guard, CommandLog(self._period)
         self.lock = threading.Condition(threading.RLock())
         self.priority = ""
         self.alarms: tuple[Alarm, ...] = ()
@@ -81,9 +71,7 @@ class ControlLoop:
         self._way_out = WayOut(planner, retract)
         self.motion = CommandedMotion(self._way_out, retract.pace, self._period)
         self._at_work, self._rest = AtWork(), 0.0
-        self._sent = 0.0  # [s] when the last command went out
         self._lost_after, self._turned = settings.stale_after, time.monotonic()
-        self._over_since: float | None = None  # [s] stamp of the sample that is being answered
         self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
@@ -154,7 +142,7 @@ class ControlLoop:
         self.motion.forget()
         self._link.vitals.command(None, time.monotonic())
         self.guard.moving = False
-        self.statistics.pause()
+        self.log.pause()
         self.lock.notify_all()
 
     def connection_lost(self) -> None:
@@ -197,12 +185,7 @@ class ControlLoop:
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the way out."""
         self._link.client.stream_joints(joints)
-        now = self._sent = time.monotonic()
-        if self._over_since is not None:
-            self.reactions.add(now - self._over_since)
-            self.statistics.pause()  # this one came early, on purpose
-            self._over_since = None
-        self.statistics.tick(now)
+        self.log.sent(time.monotonic())
         if self.guard.touching and self.motion.kind is not Kind.LEAVE:
             self._way_out.prepare(joints)
 
@@ -230,9 +213,9 @@ class ControlLoop:
         sensed, alarm = self._link.sense(), self.alarm()
         action = self.guard.check(sensed.reading, alarm)
         if action is Action.RETRACT:
-            self._over_since = self.guard.over_since
+            self.log.answer(self.guard.over_since)
             self.leave()
-            beat.bring_forward(self._sent + _SHORTEST_FRAME)
+            beat.bring_forward(self.log.last + _SHORTEST_FRAME)
         elif action is Action.STOP:
             self.motion.brake()
         elif action is Action.RESUME:
@@ -262,8 +245,8 @@ class ControlLoop:
         if not self.guard.moving:
             return
         self.guard.moving = False
-        if runner.at_end and self.motion.kind in _WHERE:
-            self.guard.arrived(_WHERE[self.motion.kind])
+        if runner.at_end and self.motion.kind in ARRIVALS:
+            self.guard.arrived(ARRIVALS[self.motion.kind])
         more = _MORE_MAY_COME.get(self.motion.kind) is self.guard.state
         if not (more or self.guard.paused or self.guard.waiting):
             self.motion.stand()

@@ -17,13 +17,13 @@ from bathbot_scrub.rm65.errors import ArmError, NotReadyError
 from bathbot_scrub.rm65.force_guard import ForceGuard
 from bathbot_scrub.rm65.force_limits import load_force_limits
 from bathbot_scrub.rm65.guard_states import State
-from bathbot_scrub.rm65.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.link import Link
-from bathbot_scrub.rm65.motion import Planner, line_pace
+from bathbot_scrub.rm65.motion import Planner
 from bathbot_scrub.rm65.motion_kind import Kind
 from bathbot_scrub.rm65.path_runner import Pace
-from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
+from bathbot_scrub.rm65.scrub_motion import ScrubMotion
+from bathbot_scrub.rm65.segment_queue import Segment
 from bathbot_scrub.rm65.sent_moves import SentMoves
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.surroundings import Surroundings
@@ -59,8 +59,7 @@ class ArmDriver:
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self.moves = SentMoves(self.loop, self.planner, self.limits)
-        self._path: ScrubPath | None = None
-        self._refusal = ""  # why the newest segment was not taken
+        self._scrub = ScrubMotion(self.loop, self.planner, self.limits, settings)
         self.loop.start()
         self.link.start(self.loop.connection_lost, self.loop.wake)
 
@@ -74,18 +73,8 @@ class ArmDriver:
         return self._approach.run(request, canceled, progress)
 
     def follow(self, segment: Segment) -> None:
-        """Add a segment to the path; segment 0 starts a new one.
-
-        Raises:
-            NotReadyError: Not in contact, out of order, or the queue is full.
-            UnreachableError, InvalidPoseError: The segment is refused as a whole.
-        """
-        try:
-            self._append(segment)
-            self._refusal = ""
-        except ArmError as error:
-            self._refusal = f"segment {segment.index} was refused: {error}"
-            raise
+        """Add a segment to the path; segment 0 starts a new one; see `ScrubMotion.follow`."""
+        self._scrub.follow(segment)
 
     def retract(self) -> None:
         """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
@@ -170,16 +159,12 @@ class ArmDriver:
 
     def snapshot(self) -> Snapshot:
         """What the driver does now."""
-        loop, path, wrench = self.loop, self._path, self.link.wrench
-        index, queued, along, done = 0, 0, 0.0, False
+        loop, wrench = self.loop, self.link.wrench
         with loop.lock:
-            guard, runner = loop.guard, loop.motion.runner
+            guard, progress = loop.guard, self._scrub.progress()
             state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.threshold
-            if path is not None and runner is not None and loop.motion.kind is Kind.SCRUB:
-                index, queued = path.segment_at(runner.length), path.queued_at(runner.length)
-                along, done = path.travelled_at(runner.length), path.finished and runner.at_end
-                if state is State.CONTACT and runner.at_end:
-                    reason = "path done" if done else self._refusal or "waits for segments"
+            if state is State.CONTACT and progress.at_end:
+                reason = "path done" if progress.done else self._scrub.refusal or "waits for segments"
         reading = self.link.sense().reading
         connected = self.link.connected and reading.age <= self.settings.stale_after
         if not (reason or connected):
@@ -188,15 +173,15 @@ class ArmDriver:
             state,
             reason,
             connected,
-            path.path_id if path else 0,
-            index,
-            queued,
-            along,
-            done,
+            progress.path_id,
+            progress.segment_index,
+            progress.segments_queued,
+            progress.distance_along,
+            progress.done,
             wrench.force if wrench else math.nan,
             threshold,
-            loop.statistics.period,
-            loop.statistics.p99(),
+            loop.log.statistics.period,
+            loop.log.statistics.p99(),
         )
 
     def close(self) -> None:
@@ -206,56 +191,3 @@ class ArmDriver:
             self.loop.lock.wait_for(lambda: not self.loop.guard.moving, 1.0)
         self.loop.close()
         self.link.close()
-
-    def _append(self, segment: Segment) -> None:
-        path, loop = self._path, self.loop
-        if path is None or path.path_id != segment.path_id or segment.index == 0:
-            self._start_path(segment)
-            return
-        with loop.lock:
-            if path.queued_at(self._length(path)) >= self.settings.queue_length:
-                raise NotReadyError(f"{self.settings.queue_length} segments wait already; send fewer ahead")
-        longer = path.extend(segment)
-        with loop.lock:
-            loop.extend(longer)
-            loop.path_open = not segment.last
-
-    def _start_path(self, segment: Segment) -> None:
-        region, loop = self.limits.region(segment.region), self.loop
-        self._require_contact()
-        start = loop.where()
-        first = check_poses(segment.T_base_heads)
-        if first.ndim != 3 or not len(first):
-            raise NotReadyError(f"path {segment.path_id} begins without poses; send some")
-        lead_in = self.planner.lead_in(
-            self.kinematics.head(start), first[0], self.settings.lift, self.settings.max_lead_in
-        )
-        path = ScrubPath(segment, self.planner, start, lead_in, self.settings.max_scrub_speed)
-        with loop.lock:
-            self._require_contact()
-            loop.guard.region = region
-            loop.begin(
-                path.path,
-                line_pace(self.settings.max_scrub_speed, self.settings.scrub_acceleration),
-                Kind.SCRUB,
-            )
-            self._path, loop.path_open = path, not segment.last
-
-    def _require_contact(self) -> None:
-        guard = self.loop.guard
-        if guard.state is not State.CONTACT:
-            raise NotReadyError(
-                f"a path begins in contact, but the arm is in {guard.state.name} ({guard.reason or 'idle'}); "
-                "approach first"
-            )
-        if guard.moving:
-            raise NotReadyError("the arm still follows another path; wait until it stands, or stop it")
-
-    def _length(self, path: ScrubPath) -> float:
-        runner = self.loop.motion.runner
-        if runner is None or self.loop.motion.kind is not Kind.SCRUB:
-            guard = self.loop.guard
-            raise NotReadyError(
-                f"path {path.path_id} was given up: {guard.reason or guard.state.name}; begin a new one"
-            )
-        return runner.length

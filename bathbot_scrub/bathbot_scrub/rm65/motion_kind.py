@@ -13,3 +13,11 @@ class Kind(Enum):
     HOME = "home"
     SENT = "where a program sent it"
     STREAM = "after a stream of joints"
+
+
+ARRIVALS = {  # motions whose end ends a state, and what is said then
+    Kind.SEEK: "at the end of the search",
+    Kind.LEAVE: "retracted",
+    Kind.HOME: "at home",
+    Kind.SENT: "where it was sent",
+}
