@@ -178,10 +178,10 @@ def _reachable(
     if around is None or (around @ -T[:3, 2]).min() < _SLOPE:
         return None
     sides = (T[:3, :2] @ (room / _BRUSH * _RIM).T).T
-    if not _even(surface, T, np.vstack([0.5 * sides, sides])):
+    poses = _even(surface, T, np.vstack([0.5 * sides, sides]))
+    if poses is None:
         return None
-    ring = np.stack([retreated(T, distance) for distance in (-0.01, 0.05, 0.11)])
-    solutions = solve_head(kinematics, np.concatenate([ring + _moved(side) for side in sides]))
+    solutions = solve_head(kinematics, np.concatenate([_back(poses, d) for d in (-0.01, 0.05, 0.11)]))
     common = np.isfinite(solutions).all(axis=(0, 2))
     if not common.any():
         return None
@@ -192,19 +192,18 @@ def _reachable(
     return bend, Place(T, nearest(waiting, _FOLDED), room, surface)
 
 
-def _even(surface: SkinSurface, T: Array, offsets: Array) -> bool:
-    """Whether the brush would meet skin with all its rim, wherever it stands beside a frame."""
+def _even(surface: SkinSurface, T: Array, offsets: Array) -> Array | None:
+    """Poses on the skin beside a frame (N, 4, 4); None where the brush would not meet it with all its rim."""
     try:
-        poses = [facing(surface, on_skin(surface, T, offset[None])) for offset in offsets]
-        return bool(np.ptp(_heights(surface, np.concatenate(poses)), axis=1).max() < _FLAT)
+        poses = np.concatenate([facing(surface, on_skin(surface, T, offset[None])) for offset in offsets])
+        return poses if np.ptp(_heights(surface, poses), axis=1).max() < _FLAT else None
     except InputError:
-        return False
+        return None
 
 
-def _moved(offset: Array) -> Array:
-    T = np.zeros((4, 4))
-    T[:3, 3] = offset
-    return T
+def _back(poses: Array, distance: float) -> Array:
+    """Poses (N, 4, 4) back along their z axes [m]."""
+    return poses - distance * np.pad(poses[:, :, 2:3], ((0, 0), (0, 0), (3, 0)))
 
 
 def _normals(surface: SkinSurface, T: Array, radius: float) -> Array | None:
