@@ -30,7 +30,7 @@ from bathbot_bringup.sim.trace import TraceData
 PLAYER = "stroke_player"
 WATCH = 1.2  # [s] after a fault
 LATE = 1.0  # [s] of a segment
-_RUN_OUT = 3.0  # [s] in which the arm must have come to the end of what it was given
+_RUN_OUT = 4.5  # [s] in which the arm must have come to the end of what it was given
 _LOOK = 1.5  # [s] before the arm comes
 _MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
 _AT_END, _STAYS = 0.002, 40  # [m] of the last pose; samples: who passes by on the way is gone in less
@@ -50,8 +50,8 @@ def onset(struck: Struck, trace: TraceData, strike: object) -> float:
 
     Ordered faults: as the emulator noted. A body nearer than believed: when the true force is what counts as
     felt. A planner that fails: when the head comes to stay within 2 mm of the last pose it was given, for up
-    to there it has good data. Skin that moved: its first picture; skin not seen: when the last picture is as old as
-    the planner allows.
+    to there it has good data. Skin that moved: its first picture; skin not seen: when the last picture is as
+    old as the planner allows.
 
     Raises:
         SpoiltTrialError: When it did not begin at all.
