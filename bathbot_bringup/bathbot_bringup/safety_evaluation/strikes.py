@@ -33,7 +33,7 @@ LATE = 1.0  # [s] of a segment
 _RUN_OUT = 4.5  # [s] in which the arm must have come to the end of what it was given
 _LOOK = 1.5  # [s] before the arm comes
 _MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
-_AT_END, _STAYS = 0.002, 40  # [m] of the last pose; samples: who passes by on the way is gone in less
+_AT_END, _STAYS = 0.002, 120  # [m] of the last pose; samples: who passes by on the way is gone in less
 
 
 class Struck(NamedTuple):
