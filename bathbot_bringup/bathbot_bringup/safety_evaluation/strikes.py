@@ -30,10 +30,10 @@ from bathbot_bringup.sim.trace import TraceData
 PLAYER = "stroke_player"
 WATCH = 1.2  # [s] after a fault
 LATE = 1.0  # [s] of a segment
-_RUN_OUT = 3.0  # [s] in which the arm must have come to the end of what it was given
+_RUN_OUT = 4.5  # [s] in which the arm must have come to the end of what it was given
 _LOOK = 1.5  # [s] before the arm comes
 _MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
-_AT_END = 0.002  # [m] of the last pose
+_AT_END, _STAYS = 0.002, 120  # [m] of the last pose; samples: who passes by on the way is gone in less
 
 
 class Struck(NamedTuple):
@@ -49,9 +49,9 @@ def onset(struck: Struck, trace: TraceData, strike: object) -> float:
     """When the fault began, by the trace [s].
 
     Ordered faults: as the emulator noted. A body nearer than believed: when the true force is what counts as
-    felt. A planner that fails: when the head is within 2 mm of the last pose it was given, for up to there it
-    has good data. Skin that moved: its first picture; skin not seen: when the last picture is as old as
-    the planner allows.
+    felt. A planner that fails: when the head comes to stay within 2 mm of the last pose it was given, for up
+    to there it has good data. Skin that moved: its first picture; skin not seen: when the last picture is as
+    old as the planner allows.
 
     Raises:
         SpoiltTrialError: When it did not begin at all.
@@ -67,7 +67,10 @@ def onset(struck: Struck, trace: TraceData, strike: object) -> float:
     if struck.path_end is not None:
         near = np.linalg.norm(trace.head - struck.path_end.position, axis=1) < _AT_END
         after = trace.stamp > max(struck.stamp, struck.path_end.stamp)
-        return _first(trace, near & after, "the path did not run out")
+        stays = (
+            np.convolve(near & after, np.ones(_STAYS), "full")[_STAYS - 1 :] > _STAYS - 0.5
+        )  # from here on
+        return _first(trace, stays, "the path did not run out")
     return struck.stamp
 
 

@@ -30,6 +30,7 @@ _OFF_AXIS, _BEGUN = 0.002, 0.004  # [m] beside the approach's line; along it, or
 _AWAY = 0.04  # [m] of the head from its target, off the skin
 _AT_END = 0.001  # [m] of the last pose
 _HOME, _NEWS = "at home", 0.15  # what the driver says then; [s] in which reports may be older than a request
+_STAYS = 0.6  # [s]; a stroke that turns about there is gone in less
 _STILL = 0.15  # [s] in contact after which the search has come to rest
 _RECOVERY = 15.0  # [s]
 _paths = itertools.count(1)
@@ -143,9 +144,14 @@ class TrialRun:
     def wait_until_starved(self) -> None:
         """Wait until the head has come to the end of what it was given."""
         end = self.path_end().position
-        self._until(
-            lambda: np.linalg.norm(self.operator.head[0] - end) < _AT_END, "it did not come to the end"
-        )
+
+        def there() -> bool:
+            return bool(np.linalg.norm(self.operator.head[0] - end) < _AT_END)
+
+        def stays() -> bool:  # a stroke passes by its end on the way
+            return there() and not self._spin(lambda: not there(), _STAYS)
+
+        self._until(stays, "it did not come to the end")
 
     def wait_for_planner(self) -> None:
         """Wait until another process may send segments."""
