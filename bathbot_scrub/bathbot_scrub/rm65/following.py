@@ -25,7 +25,7 @@ class Lag(NamedTuple):
     beyond: float  # [rad] of the worst joint, outside what its commands explain; 0: inside
     lasts: int  # commands in a row for which it has been beyond the tolerance
     joint: int  # its number, 1 to 6
-    told: float  # [rad] way of the joint told to go farthest, from 0.3 to 0.08 s ago
+    told: float  # [rad] way of the joint told to go farthest, from 0.3 s ago until its lag ago
     went: float  # [rad] how far that joint went until now
 
 
