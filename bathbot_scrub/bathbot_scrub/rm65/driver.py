@@ -84,8 +84,7 @@ class ArmDriver:
         """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
 
         Raises:
-            NotReadyError: While the joints or the connection cannot be trusted.
-            UnreachableError: When there is no way straight back.
+            NotReadyError, UnreachableError: Joints or connection are in doubt; no way straight back.
         """
         with self.loop.lock:
             alarm = self.loop.alarm()
