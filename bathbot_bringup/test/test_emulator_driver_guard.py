@@ -3,6 +3,7 @@
 Only what happens is asserted, not when.
 """
 
+import contextlib
 import time
 
 import numpy as np
@@ -109,9 +110,15 @@ def test_with_a_doubtful_force_an_operator_can_still_take_the_arm_off_the_skin(c
     scrubbing(cell)
     cell.emulator.order(Fault("frozen_force"))
     until(lambda: cell.state() is State.FAULT)
-    cell.driver.retract()
+
+    def off():
+        if not cell.driver.loop.guard.moving:  # a machine that stalls may stop it on the way: asked again
+            with contextlib.suppress(ArmError):
+                cell.driver.retract()
+        return cell.gap() > 0.05
+
+    until(off)
     until(lambda: cell.state() is State.FAULT and not cell.driver.loop.guard.moving)
-    until(lambda: cell.gap() > 0.05)
     offset = cell.emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
     assert np.linalg.norm(np.cross(offset, AXIS)) < 0.05
     cell.emulator.order(Fault("none"))

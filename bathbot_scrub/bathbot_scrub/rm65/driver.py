@@ -80,8 +80,7 @@ class ArmDriver:
         """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
 
         Raises:
-            NotReadyError: While the joints or the connection cannot be trusted.
-            UnreachableError: When there is no way straight back.
+            NotReadyError, UnreachableError: Joints or connection are in doubt; no way straight back.
         """
         with self.loop.lock:
             alarm = self.loop.alarm()
@@ -125,13 +124,10 @@ class ArmDriver:
             self.loop.motion.brake()
 
     def resume(self) -> None:
-        """Go on after a pause, allow the next motion, or leave FAULT when its cause is gone.
-
-        Blocks for a moment when the controller keeps an error that must be cleared.
+        """Go on after a pause, allow the next motion, or leave FAULT; blocks while errors are cleared.
 
         Raises:
-            NotReadyError: When none applies.
-            ArmError: When the controller does not clear its errors.
+            ArmError: When none applies, or the cause is still there.
         """
         loop, sample = self.loop, self.link.sample
         if sample is not None and (sample.errors or any(sample.joint_errors)):

@@ -25,7 +25,7 @@ class Lag(NamedTuple):
     beyond: float  # [rad] of the worst joint, outside what its commands explain; 0: inside
     lasts: int  # commands in a row for which it has been beyond the tolerance
     joint: int  # its number, 1 to 6
-    told: float  # [rad] way of the joint told to go farthest, from 0.3 to 0.08 s ago
+    told: float  # [rad] way of the joint told to go farthest, from 0.3 s ago until its lag ago
     went: float  # [rad] how far that joint went until now
 
 
@@ -54,15 +54,11 @@ class Following:
         worst = int(np.argmax(outside))
         beyond = max(float(outside[worst]), 0.0)
         self._lasts = self._lasts + 1 if beyond > self._tolerance else 0
-        way = (
-            np.ptp(told[-_WATCHED : max(len(told) - _EXPLAINED, 1)], axis=0)
-            if len(told) > _EXPLAINED
-            else 0.0 * measured
-        )
+        earlier = told[-_WATCHED:-explained] if len(told) > explained else told[:1]
+        way = np.ptp(earlier, axis=0)
         farthest = int(np.argmax(way))
-        return Lag(
-            beyond, self._lasts, worst + 1, float(way[farthest]), float(np.ptp(went[-_WATCHED:, farthest]))
-        )
+        went_there = float(np.ptp(went[:, farthest]))
+        return Lag(beyond, self._lasts, worst + 1, float(way[farthest]), went_there)
 
     def forget(self) -> None:
         """The stream has ended: what was commanded no longer counts."""
