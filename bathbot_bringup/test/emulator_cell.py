@@ -63,6 +63,7 @@ class Cell:
             "joint_speed": 2.0,
             "joint_acceleration": 6.0,
             "approach_speed": 0.05,
+            "standoff": 0.03,
             "home_deg": READY_DEG,
         } | settings
         self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=values["home_deg"]), self.wall)

@@ -112,11 +112,10 @@ def test_a_drifting_force_drifts(bench):
     assert drift[-1] < drift[0] - 4.0
 
 
-def test_a_force_that_is_no_number_is_null_and_refused_by_the_receiver(bench):
+def test_a_force_that_is_no_number_is_null_and_its_joints_count_all_the_same(bench):
     bench.order("nan_force")
-    rejected = bench.receiver.rejected
-    until(lambda: bench.receiver.rejected > rejected + 5)
-    assert "zero_force" in bench.receiver.last_error
+    until(lambda: np.isnan(bench.receiver.latest.wrench).all())
+    assert np.isfinite(bench.receiver.latest.joints).all()
     assert bench.client.request({"command": "get_force_data"}, timeout=10.0)["zero_force_data"] == [None] * 6
     bench.demand({"command": "clear_force_data"}, "clear_state")
     bench.healthy()

@@ -22,7 +22,8 @@ def sample(stamp, wrench=None, joints=None, **changes):
     wrench = np.random.default_rng(round(1e6 * stamp)).normal(0.0, 0.05, 6) if wrench is None else wrench
     joints = np.zeros(6) if joints is None else joints
     values = {"errors": (), "joint_errors": (0,) * 6, "status": "idle"} | changes
-    return ArmSample(stamp, joints, np.asarray(wrench, dtype=float), np.eye(4), **values)
+    wrench = np.asarray(wrench, dtype=float)
+    return ArmSample(stamp, joints, wrench, wrench, np.eye(4), **values)
 
 
 def fed(*samples):
@@ -158,3 +159,12 @@ def test_postures_that_do_not_turn_the_sensor_tell_no_weight():
     turned = Rotation.from_euler("z", [[0], [40], [80]], degrees=True).as_matrix()
     with pytest.raises(InvalidPoseError, match="three or more"):
         estimate(turned, np.zeros((3, 6)))
+
+
+@pytest.mark.parametrize("age", [0.0, 0.1, 0.25, 0.5, 2.0])
+@pytest.mark.parametrize("count", [1, 9, 31, 80])
+def test_an_old_sample_of_a_resting_arm_is_no_following_error(age, count):
+    following = Following(TOLERANCE, PERIOD)
+    for _ in range(count):
+        lag = following.command(np.ones(6), np.ones(6), age)
+    assert (lag.beyond, lag.lasts, lag.told, lag.went) == (0.0, 0, 0.0, 0.0)

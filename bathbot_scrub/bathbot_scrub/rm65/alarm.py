@@ -29,5 +29,10 @@ class Alarm(NamedTuple):
         waits = self.reaction is Reaction.WAIT and not (self.force and self.joints)
         return waits or self.reaction is Reaction.FAULT
 
+    @property
+    def astray(self) -> bool:
+        """Whether the arm does not do what it is told: to go on from there would make it leap."""
+        return self.reaction is Reaction.FAULT and not self.joints
+
 
 QUIET = Alarm("", Reaction.NONE, "")

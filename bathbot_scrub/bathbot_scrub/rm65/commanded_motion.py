@@ -129,6 +129,11 @@ class CommandedMotion:
             path, pace = self._way_out.path(start), self._leaving
         self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), Kind.LEAVE, pace
 
+    def stand_at(self, joints: Array) -> None:
+        """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""
+        self.stand()
+        self.command = joints
+
     def stand(self) -> None:
         """Give the motion up; what was commanded last stays commanded."""
         self.runner, self._trail = None, None

@@ -36,6 +36,7 @@ _TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
 _MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
+_FRESH = 0.02  # [s] age of a sample that tells where the arm is now
 _STOOD = 0.1  # [s] without a command after which the controller ends the stream
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 
@@ -216,6 +217,9 @@ class ControlLoop:
             self.log.answer(self.guard.over_since)
             self.leave()
             beat.bring_forward(self.log.last + _SHORTEST_FRAME)
+        elif action is Action.STOP and alarm.astray and sensed.reading.age <= _FRESH:
+            self.motion.stand_at(sensed.joints)
+            self.guard.moving = False
         elif action is Action.STOP:
             self.motion.brake()
         elif action is Action.RESUME:

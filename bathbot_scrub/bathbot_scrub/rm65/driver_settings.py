@@ -62,7 +62,7 @@ class DriverSettings:
     frozen_samples: int = _about(12, "readings of the force in a row that came before; noise never repeats")
     following_tolerance: float = _about(0.01, "that a joint may be off all it was told lately [rad]")
     following_after: float = _about(0.03, "for which it may be farther off than that [s]")
-    deaf_after: float = _about(0.1, "without answer to a question over TCP the arm brakes and waits [s]")
+    deaf_after: float = _about(0.08, "without answer to a question over TCP the arm brakes and waits [s]")
     leave_after: float = _about(10.0, "on the skin without any motion; then the arm leaves it [s]")
 
     tool_mass: float = _about(

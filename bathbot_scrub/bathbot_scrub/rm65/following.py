@@ -54,7 +54,8 @@ class Following:
         worst = int(np.argmax(outside))
         beyond = max(float(outside[worst]), 0.0)
         self._lasts = self._lasts + 1 if beyond > self._tolerance else 0
-        earlier = told[-_WATCHED:-explained] if len(told) > explained else told[:1]
+        known = explained < min(len(told), _WATCHED)  # else the sample is too old to tell anything
+        earlier = told[-_WATCHED:-explained] if known else told[:1]
         way = np.ptp(earlier, axis=0)
         farthest = int(np.argmax(way))
         went_there = float(np.ptp(went[:, farthest]))

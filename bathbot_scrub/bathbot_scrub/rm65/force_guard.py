@@ -60,7 +60,10 @@ class ForceGuard:
         excess = self._excess(reading) if trusted else ""
         self._note_first(reading, excess)
         if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
-            pressed = excess and (self.touching or self.facing) and alarm.joints
+            followed = (
+                self.facing and alarm.reaction is not Reaction.FAULT
+            )  # by a person, not by a broken sensor
+            pressed = excess and (self.touching or followed) and alarm.joints
             return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
         if self.state is State.RETRACTING:
             return self._check_leaving(reading, alarm, excess if trusted else None)

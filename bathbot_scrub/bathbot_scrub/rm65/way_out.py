@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
 _AGAIN, _FARTHEST = 0.01, 0.05  # [rad] from where a line was planned: plan anew; do not use it
 _DECELERATION = 1.0  # [m/s^2] at the end of the way, where haste is over
+_ARRIVAL = 0.05  # [m/s] from which any brake is gentle
 
 
 class Retract(NamedTuple):
@@ -70,5 +71,5 @@ class WayOut:
 
     def _plan(self, joints: Array) -> JointPath:
         line = self._planner.line(joints, -self._retract.distance, self._retract.speed, _SHORTEST)
-        slowing = np.sqrt(2.0 * _DECELERATION * (line.end - line.lengths))
+        slowing = np.sqrt(2.0 * _DECELERATION * (line.end - line.lengths) + _ARRIVAL**2)
         return replace(line, speed_limit=np.minimum(line.speed_limit, slowing))
