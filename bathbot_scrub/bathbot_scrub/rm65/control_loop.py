@@ -61,7 +61,7 @@ class ControlLoop:
             settings: Period, deadlines, and how to leave.
             warn: Takes one line for the log.
         """
-        self._period = 1.0 / settings.rate
+        self._period, self._stale_after = 1.0 / settings.rate, settings.stale_after
         self.guard, self.log = guard, CommandLog(self._period)
         self.lock = threading.Condition(threading.RLock())
         self.priority = ""
@@ -71,8 +71,7 @@ class ControlLoop:
         retract = Retract(settings.retract_distance, settings.retract_speed)
         self._way_out = WayOut(planner, retract)
         self.motion = CommandedMotion(self._way_out, retract.pace, self._period)
-        self._at_work, self._rest = AtWork(), 0.0
-        self._lost_after, self._turned = settings.stale_after, time.monotonic()
+        self._at_work, self._rest, self._turned = AtWork(), 0.0, time.monotonic()
         self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
@@ -139,7 +138,7 @@ class ControlLoop:
         self.guard.moving = True
 
     def forget(self) -> None:
-        """What was commanded no longer counts; the caller holds the lock."""
+        """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
         self._link.vitals.command(None, time.monotonic())
         self.guard.moving = False
@@ -149,7 +148,7 @@ class ControlLoop:
     def connection_lost(self) -> None:
         """The controller is gone."""
         with self.lock:
-            if self.guard.moving or self.guard.touching or self.guard.waiting:
+            if self.guard.engaged:
                 self.guard.fault("connection to the controller lost")
             self.forget()
 
@@ -171,17 +170,13 @@ class ControlLoop:
                 self._fail(f"{type(error).__name__}: {error}")
 
     def _note_pause(self) -> None:
-        """Where this process was held up, the controller may have brought the arm to rest.
-
-        Raises:
-            NotReadyError: It was so long that nobody knows what has happened meanwhile.
-        """
+        """Where this process was held up, the controller may have brought the arm to rest; or worse."""
         now = time.monotonic()
         stood, self._turned = now - self._turned, now
         if stood > _STOOD:
             self.motion.begin_anew()
-            if stood > self._lost_after and (self.guard.moving or self.guard.touching or self.guard.waiting):
-                raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
+        if stood > self._stale_after and self.guard.engaged:
+            raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
 
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the way out."""
@@ -212,10 +207,13 @@ class ControlLoop:
 
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(), self.alarm()
+        engaged = self.guard.engaged
         action = self.guard.check(sensed.reading, alarm)
         if action is Action.RETRACT:
             self.log.answer(self.guard.over_since)
             self.leave()
+            if not engaged:  # a person has come after it: what lies behind now is no way it came
+                self._way_out.demand_free(self.motion.runner.path)
             beat.bring_forward(self.log.last + _SHORTEST_FRAME)
         elif action is Action.STOP and alarm.astray and sensed.reading.age <= _FRESH:
             self.motion.stand_at(sensed.joints)

@@ -60,8 +60,8 @@ class DriverSettings:
     steady_for: float = _about(0.3, "data must have come without a gap before the arm goes on by itself [s]")
     wait_at_most: float = _about(2.0, "for data that come and go; then FAULT [s]")
     frozen_samples: int = _about(12, "readings of the force in a row that came before; noise never repeats")
-    following_tolerance: float = _about(0.01, "that a joint may be off all it was told lately [rad]")
-    following_after: float = _about(0.03, "for which it may be farther off than that [s]")
+    following_tolerance: float = _about(0.005, "that a joint may be off all it was told lately [rad]")
+    following_after: float = _about(0.02, "for which it may be farther off than that [s]")
     deaf_after: float = _about(0.08, "without answer to a question over TCP the arm brakes and waits [s]")
     leave_after: float = _about(10.0, "on the skin without any motion; then the arm leaves it [s]")
 

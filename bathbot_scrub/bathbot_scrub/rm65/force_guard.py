@@ -21,12 +21,7 @@ class ForceGuard:
     """The state of the arm with regard to the person."""
 
     def __init__(self, limits: ForceLimits, needs_consent: bool = True) -> None:
-        """Begin FREE.
-
-        Args:
-            limits: Of the regions.
-            needs_consent: After a retract that force demanded, someone must allow the next motion.
-        """
+        """Begin FREE. With `needs_consent` someone must allow to go on after a retract for force."""
         self._limits, self._needs_consent = limits, needs_consent
         self.state, self.reason, self.cause = State.FREE, "", Cause.NONE
         self.region: RegionLimits = limits.gentlest()
@@ -38,6 +33,7 @@ class ForceGuard:
         self._seeking = False
         self._settled = False  # the search has come to rest: a rise of force is the body's doing now
         self._off = False  # while leaving: nothing is felt any more
+        self._broken = False  # it leaves for a force that comes with a fault: of the sensor, maybe
         self._doubted = -np.inf  # [s] stamp of the last reading that could not be trusted
         self._forced = False  # the arm left because of force, and nobody has allowed it to go on
         self._paused_from: State | None = None
@@ -47,6 +43,11 @@ class ForceGuard:
     def threshold(self) -> float:
         """Force [N] above which the arm retracts."""
         return self.region.retract
+
+    @property
+    def engaged(self) -> bool:
+        """Whether the arm moves, touches, or is about to go on."""
+        return bool(self.moving or self.touching or self.waiting)
 
     @property
     def paused(self) -> bool:
@@ -60,18 +61,16 @@ class ForceGuard:
         excess = self._excess(reading) if trusted else ""
         self._note_first(reading, excess)
         if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
-            followed = (
-                self.facing and alarm.reaction is not Reaction.FAULT
-            )  # by a person, not by a broken sensor
-            pressed = excess and (self.touching or followed) and alarm.joints
+            pressed = excess and (self.touching or self.facing) and alarm.joints
             return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
         if self.state is State.RETRACTING:
             return self._check_leaving(reading, alarm, excess if trusted else None)
         met = excess if self.moving or self.touching or self.facing else ""  # not while it stands in free air
-        if not (met or self.moving or self.touching or self.waiting):
+        if not (met or self.engaged):
             return Action.GO_ON
         faulty = alarm.reaction is Reaction.FAULT
         if met and alarm.joints:
+            self._broken = faulty
             hard = resultant(reading.sudden) > self.region.hard_stop
             return self._leave(met, State.FAULT if hard or faulty else State.HOLD)
         if faulty:
@@ -128,7 +127,7 @@ class ForceGuard:
     def arrived(self, where: str) -> None:
         """The motion of this state has reached its end."""
         if self.state is State.RETRACTING:
-            self.touching, self.facing = False, True
+            self.touching, self.facing = False, not self._broken
             forced = self._after_retract is not State.FREE
             reason = self.reason.replace("retracting", "retracted") if forced else where
             self._enter(self._after_retract, reason, self.cause)

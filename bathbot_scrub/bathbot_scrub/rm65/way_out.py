@@ -69,6 +69,15 @@ class WayOut:
                 return moved
         return self._plan(joints)
 
+    def demand_free(self, path: JointPath) -> None:
+        """Refuse a way on which something known would be met; for ways beyond where the arm came from.
+
+        Raises:
+            CollisionError: With what is in the way.
+        """
+        head = self._planner.kinematics.head(path.joints[0])
+        self._planner.check(path.joints, head[None, :3, 3])
+
     def _plan(self, joints: Array) -> JointPath:
         line = self._planner.line(joints, -self._retract.distance, self._retract.speed, _SHORTEST)
         slowing = np.sqrt(2.0 * _DECELERATION * (line.end - line.lengths) + _ARRIVAL**2)
