@@ -4,7 +4,10 @@
 that destroy many small objects - a node's futures, say - look at with `raise_if_interrupted`.
 """
 
+import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 _pressed = threading.Event()
@@ -30,3 +33,23 @@ def raise_if_interrupted() -> None:
     if _pressed.is_set():
         _pressed.clear()
         raise KeyboardInterrupt
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Let an interruption wait for the end of a block that must not be left half done."""
+    if threading.current_thread() is not threading.main_thread():  # handlers run in the main thread only
+        yield
+        return
+    came: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: came.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if came:
+        signal.raise_signal(came[0])

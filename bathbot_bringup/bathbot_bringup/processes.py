@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bathbot_bringup.errors import ProcessError
+from bathbot_bringup.interruption import held_back
 
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
@@ -109,13 +110,13 @@ class ProcessGroup:
             niceness: How much more willing to wait than this program the process is, 0..19.
         """
         log = self._logs / f"{name}.log"
-        with log.open("wb") as output:
+        with held_back(), log.open("wb") as output:  # nobody would end a process that is not in the list
             process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                 env=self._environment, process_group=0, preexec_fn=_end_with_parent,
             )  # fmt: skip
-        child = Child(name, process, log)
-        self.children.append(child)
+            child = Child(name, process, log)
+            self.children.append(child)
         if niceness:
             os.setpriority(
                 os.PRIO_PROCESS, process.pid, min(os.getpriority(os.PRIO_PROCESS, 0) + niceness, 19)

@@ -7,7 +7,7 @@ import time
 import pytest
 from bathbot_bringup.domain import free_domain, used_ports
 from bathbot_bringup.graph_client_node import GraphClient
-from bathbot_bringup.interruption import forget_interruption, interrupt, raise_if_interrupted
+from bathbot_bringup.interruption import forget_interruption, held_back, interrupt, raise_if_interrupted
 
 
 class Swallower:
@@ -56,3 +56,19 @@ def test_a_wait_for_the_graph_ends_although_python_dropped_the_signal(handler):
         with pytest.raises(KeyboardInterrupt):
             client.spin_until(lambda: False, 10.0)
         assert not client.spin_until(lambda: False, 0.05)  # cleaning up is not interrupted again
+
+
+def test_what_must_not_be_left_half_done_is_done_first(handler):
+    done = []
+
+    def work():
+        with held_back():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.05)
+            done.append("all of it")
+        done.append("more")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done == ["all of it"]
+    assert signal.getsignal(signal.SIGINT) is interrupt

@@ -187,7 +187,7 @@ def test_the_whole_job_over_dds(probe, arm):
         0,
         "",
     )
-    assert outcome.result.force >= 1.0
+    assert outcome.result.force > 0.8  # filtered; what felt the skin is faster
     assert outcome.result.contact.header.frame_id == "base_link"
     probe.until(lambda: probe.state()[0] == ArmState.CONTACT)
     for segment in segments():
