@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import rclpy
 from bathbot_scrub.rm65.messages import pose_message
 from diagnostic_msgs.msg import DiagnosticArray
-from emulator_cell import REGION, TARGET
+from emulator_cell import READY_DEG, REGION, TARGET
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -69,6 +69,22 @@ def ended(process):
             process.kill()
     assert process.returncode == 0, process.output
     assert "Traceback" not in process.output
+
+
+@contextmanager
+def walled_arm(probe, **parameters):
+    """The driver's node against an emulated arm before a wall, connected as the probe hears it."""
+    emulator = start("-c", EMULATOR, stdout=subprocess.PIPE)
+    try:
+        # the machine may be busy, hence the long deadlines
+        usual = {"brake_after": 1.0, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
+        driver = driver_node(port=int(emulator.stdout.readline()), **usual | parameters)
+        with ended(driver):
+            probe.until(lambda: probe.state()[2])
+            yield driver
+    finally:
+        emulator.kill()
+        emulator.wait()
 
 
 def free_port():

@@ -1,14 +1,12 @@
 """The driver node among things the camera sees, over DDS: ways that would meet them are refused."""
 
-import subprocess
-
 import numpy as np
 import pytest
 from bathbot_depthcorr.stage_node import LATCHED
 from bathbot_localize.messages import cloud_from_surface
 from bathbot_scrub.rm65.urdf import urdf
-from emulator_cell import AXIS, READY_DEG, TARGET
-from emulator_probe import EMULATOR, Probe, driver_node, ended, start
+from emulator_cell import AXIS, TARGET
+from emulator_probe import Probe, walled_arm
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header, String
 
@@ -39,18 +37,9 @@ class BodyProbe(Probe):
 @pytest.fixture(scope="module")
 def probe():
     probe = BodyProbe()
-    emulator = start("-c", EMULATOR, stdout=subprocess.PIPE)
-    driver = driver_node(
-        port=int(emulator.stdout.readline()), stale_after=2.0, home_deg=list(READY_DEG), body_max_age=60.0
-    )
-    try:
-        with ended(driver):
-            probe.until(lambda: probe.state()[2])
-            yield probe
-    finally:
-        emulator.kill()
-        emulator.wait()
-        probe.close()
+    with walled_arm(probe, body_max_age=60.0):
+        yield probe
+    probe.close()
 
 
 def test_without_a_cloud_it_says_so_and_describes_itself(probe):

@@ -1,15 +1,13 @@
 """The arm's nodes as processes over DDS: `rm65_driver` against an emulator with a wall, and `sim_rm65`."""
 
-import subprocess
-
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from bathbot_bringup.sim.trace import load_trace
 from bathbot_scrub.rm65.kinematics import JOINT_NAMES, Kinematics
 from bathbot_scrub.rm65.messages import pose_message, transforms_from_poses
-from emulator_cell import READY_DEG, TARGET, segments
-from emulator_probe import EMULATOR, Probe, driver_node, ended, free_port, node, start
+from emulator_cell import TARGET, segments
+from emulator_probe import Probe, driver_node, ended, free_port, node, walled_arm
 from numpy.testing import assert_allclose
 
 from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
@@ -26,21 +24,8 @@ def probe():
 
 @pytest.fixture(scope="module")
 def arm(probe):
-    emulator = start("-c", EMULATOR, stdout=subprocess.PIPE)
-    driver = driver_node(
-        port=int(emulator.stdout.readline()),
-        stale_after=2.0,
-        joint_speed=2.0,
-        joint_acceleration=6.0,
-        home_deg=list(READY_DEG),
-    )
-    try:
-        with ended(driver):
-            probe.until(lambda: probe.state()[2])
-            yield driver
-    finally:
-        emulator.kill()
-        emulator.wait()
+    with walled_arm(probe, joint_speed=2.0, joint_acceleration=6.0) as driver:
+        yield driver
 
 
 def segment_message(segment):

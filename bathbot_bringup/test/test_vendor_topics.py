@@ -1,6 +1,5 @@
 """The vendor driver's topics on our driver, over DDS: what programs written for it see."""
 
-import subprocess
 import time
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.messages import pose_message, transforms_from_poses
 from emulator_cell import READY_DEG
-from emulator_probe import EMULATOR, Probe, driver_node, ended, start
+from emulator_probe import Probe, walled_arm
 from geometry_msgs.msg import Pose
 from numpy.testing import assert_allclose
 from rm_ros_interfaces.msg import Jointerrorcode, Jointpos, Movej, Movejp, Movel, Sixforce
@@ -78,27 +77,11 @@ class VendorProgram:
 @pytest.fixture(scope="module")
 def program():
     probe = Probe()
-    emulator = start("-c", EMULATOR, stdout=subprocess.PIPE)
-    driver = driver_node(
-        port=int(emulator.stdout.readline()),
-        vendor_topics="true",
-        brake_after=1.0,  # the machine may be busy
-        stale_after=2.0,
-        wait_at_most=10.0,
-        joint_speed=2.0,
-        joint_acceleration=6.0,
-        home_deg=list(READY_DEG),
-    )
-    try:
-        with ended(driver):
-            probe.until(lambda: probe.state()[2])
-            program = VendorProgram(probe)
-            probe.until(lambda: set(STATE) <= set(probe.newest))
-            yield program
-    finally:
-        emulator.kill()
-        emulator.wait()
-        probe.close()
+    with walled_arm(probe, vendor_topics="true", joint_speed=2.0, joint_acceleration=6.0):
+        program = VendorProgram(probe)
+        probe.until(lambda: set(STATE) <= set(probe.newest))
+        yield program
+    probe.close()
 
 
 def test_state_comes_under_the_vendors_names(program):

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.errors import NotReadyError, SurfaceError
-from bathbot_scrub.scrub_job import ArmMode, ArmReport
+from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.scrub_job import ArmReport
 from bathbot_scrub.surface_map import Sighting
 
 Array = NDArray[np.float64]
@@ -53,10 +54,10 @@ class BeforeContact:
 
     def see_arm(self, report: ArmReport) -> None:
         """Take in what the arm says."""
-        if self._free and report.mode == ArmMode.FREE:
+        if self._free and report.mode == State.FREE:
             self._surface = self._fresh_surface or self._surface
             self._targets |= self._fresh_targets
-        if report.mode != ArmMode.FREE:
+        if report.mode != State.FREE:
             self._fresh_surface, self._fresh_targets = None, {}
         self._report = report
 
@@ -86,7 +87,7 @@ class BeforeContact:
             NotReadyError: The arm is not in contact.
             SurfaceError: There is none, or it is too old.
         """
-        if self.arm.mode != ArmMode.CONTACT:
+        if self.arm.mode != State.CONTACT:
             raise NotReadyError(
                 f"the arm is in {self.arm.mode.name}, not in CONTACT; "
                 "send it to the target by action approach first"
@@ -109,4 +110,4 @@ class BeforeContact:
 
     @property
     def _free(self) -> bool:
-        return self._report is not None and self._report.mode == ArmMode.FREE
+        return self._report is not None and self._report.mode == State.FREE

@@ -15,8 +15,9 @@ from std_msgs.msg import Header
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
 from bathbot_scrub.errors import NotReadyError
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.rm65.kinematics import JOINT_NAMES
-from bathbot_scrub.scrub_job import ArmMode, ArmReport, Outcome
+from bathbot_scrub.scrub_job import ArmReport, Outcome
 from bathbot_scrub.segments import Segment
 
 Array = NDArray[np.float64]
@@ -73,7 +74,7 @@ def path_from_poses(poses: Array, stamp: float) -> Path:
 def report_from_arm(message: ArmState) -> ArmReport:
     """What the arm says of itself."""
     return ArmReport(
-        ArmMode(message.state), message.reason, message.path_id, message.segment_index,
+        State(message.state), message.reason, message.path_id, message.segment_index,
         message.segments_queued, message.distance_along, message.path_done,
     )  # fmt: skip
 

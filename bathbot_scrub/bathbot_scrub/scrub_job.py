@@ -24,6 +24,7 @@ from bathbot_scrub.errors import (
 )
 from bathbot_scrub.path_planner import PathPlanner
 from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.rm65.guard_states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segments import Segment
 from bathbot_scrub.surface_map import Sighting
@@ -44,21 +45,10 @@ class Code(IntEnum):
     CANCELED = 7
 
 
-class ArmMode(IntEnum):
-    """States of bathbot_msgs/ArmState."""
-
-    FREE = 0
-    APPROACH = 1
-    CONTACT = 2
-    RETRACTING = 3
-    HOLD = 4
-    FAULT = 5
-
-
 class ArmReport(NamedTuple):
     """What the arm says of itself; fields as in bathbot_msgs/ArmState."""
 
-    mode: ArmMode
+    mode: State
     reason: str
     path_id: int
     segment_index: int
@@ -128,7 +118,7 @@ class ScrubJob:
     def see_arm(self, report: ArmReport) -> None:
         """Hand over what the arm says; a retraction is never overlooked."""
         with self._news:
-            if self._arm is None or self._arm.mode != ArmMode.RETRACTING:
+            if self._arm is None or self._arm.mode != State.RETRACTING:
                 self._arm = report
             self._heard = time.monotonic()
             self._news.notify()
@@ -205,9 +195,9 @@ class ScrubJob:
             raise ArmStoppedError(f"arm_state has been silent for {silent:.1f} s; is rm65_driver running?")
         if arm is None:
             return
-        if arm.mode == ArmMode.RETRACTING:
+        if arm.mode == State.RETRACTING:
             raise ArmLeftError(f"the arm left the skin: {arm.reason or 'no reason given'}")
-        if arm.mode != ArmMode.CONTACT:
+        if arm.mode != State.CONTACT:
             raise ArmStoppedError(f"the arm is in {arm.mode.name}: {arm.reason or 'no reason given'}")
         if time.monotonic() - self._moved > self._settings.stall_timeout:
             raise ArmStoppedError(

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from bathbot_scrub.before_contact import BeforeContact
 from bathbot_scrub.errors import NotReadyError, SurfaceError
-from bathbot_scrub.scrub_job import ArmMode, ArmReport
+from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.scrub_job import ArmReport
 from bathbot_scrub.surface_map import Sighting
 
 TARGET = np.eye(4)
@@ -17,7 +18,7 @@ def said(mode):
 def remembered(*events):
     memory = BeforeContact(10.0, 6.0)
     for event in events:
-        if isinstance(event, ArmMode):
+        if isinstance(event, State):
             memory.see_arm(said(event))
         elif isinstance(event, Sighting):
             memory.see_surface(event)
@@ -31,8 +32,8 @@ OLD, NEW = Sighting(1.0, lambda: np.zeros((1, 1, 3))), Sighting(2.0, lambda: np.
 
 
 def test_surface_from_the_time_the_arm_was_free_counts():
-    seen_free = (ArmMode.FREE, OLD, 1.0, ArmMode.FREE, NEW)
-    memory = remembered(*seen_free, ArmMode.APPROACH, NEW, ArmMode.CONTACT, NEW)
+    seen_free = (State.FREE, OLD, 1.0, State.FREE, NEW)
+    memory = remembered(*seen_free, State.APPROACH, NEW, State.CONTACT, NEW)
     sighting, target = memory.recall("Trunk_skin", 5.0)
     assert sighting is OLD
     assert target is TARGET
@@ -42,11 +43,11 @@ def test_surface_from_the_time_the_arm_was_free_counts():
     ("events", "error", "words"),
     [
         ((), NotReadyError, "no arm_state yet"),
-        ((ArmMode.FREE, OLD, 1.0), NotReadyError, "FREE, not in CONTACT"),
-        ((ArmMode.FREE, OLD, ArmMode.FREE, ArmMode.CONTACT), SurfaceError, "no contact target of region"),
-        ((ArmMode.FREE, 1.0, ArmMode.FREE, ArmMode.CONTACT), SurfaceError, "no surface was seen"),
-        ((ArmMode.FREE, ANCIENT, 1.0, ArmMode.FREE, ArmMode.CONTACT), SurfaceError, "surface .* is 14 s old"),
-        ((ArmMode.FREE, OLD, -9.0, ArmMode.FREE, ArmMode.CONTACT), SurfaceError, "target .* is 14 s old"),
+        ((State.FREE, OLD, 1.0), NotReadyError, "FREE, not in CONTACT"),
+        ((State.FREE, OLD, State.FREE, State.CONTACT), SurfaceError, "no contact target of region"),
+        ((State.FREE, 1.0, State.FREE, State.CONTACT), SurfaceError, "no surface was seen"),
+        ((State.FREE, ANCIENT, 1.0, State.FREE, State.CONTACT), SurfaceError, "surface .* is 14 s old"),
+        ((State.FREE, OLD, -9.0, State.FREE, State.CONTACT), SurfaceError, "target .* is 14 s old"),
     ],
 )
 def test_what_is_missing_is_named(events, error, words):

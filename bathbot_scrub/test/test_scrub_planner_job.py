@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from bathbot_scrub.errors import SurfaceError
 from bathbot_scrub.path_planner import PathPlanner, Task
-from bathbot_scrub.scrub_job import ArmMode, ArmReport, Code, ScrubJob
+from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.scrub_job import ArmReport, Code, ScrubJob
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.surface_map import Sighting
 from synthetic_skin import cylinder, plane, target
@@ -27,7 +28,7 @@ class Rig:
         self.say()
         self.job.start()
 
-    def say(self, mode=ArmMode.CONTACT, path_id=7, done=False, reason=""):
+    def say(self, mode=State.CONTACT, path_id=7, done=False, reason=""):
         waiting = len(self.segments) - self.under_head
         along = 0.06 * self.under_head
         self.job.see_arm(ArmReport(mode, reason, path_id, self.under_head, waiting, along, done))
@@ -63,7 +64,7 @@ def test_older_reports_of_another_path_do_not_count():
     rig = Rig()
     end = time.monotonic() + 20.0
     while time.monotonic() < end and not (len(rig.segments) == 3 and time.monotonic() > end - 19.8):
-        rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 6, 40, 0, 2.4, True))
+        rig.job.see_arm(ArmReport(State.CONTACT, "", 6, 40, 0, 2.4, True))
         time.sleep(0.01)
     assert len(rig.segments) == 3
     rig.job.cancel()
@@ -88,16 +89,16 @@ def test_newest_surface_is_planned_on():
 
 @pytest.mark.parametrize(
     ("mode", "code", "words"),
-    [(ArmMode.RETRACTING, Code.FORCE_LIMIT, "12 N"), (ArmMode.HOLD, Code.ARM_STOPPED, "HOLD"),
-     (ArmMode.FAULT, Code.ARM_STOPPED, "FAULT"), (ArmMode.FREE, Code.ARM_STOPPED, "FREE")],
+    [(State.RETRACTING, Code.FORCE_LIMIT, "12 N"), (State.HOLD, Code.ARM_STOPPED, "HOLD"),
+     (State.FAULT, Code.ARM_STOPPED, "FAULT"), (State.FREE, Code.ARM_STOPPED, "FREE")],
 )  # fmt: skip
 def test_arm_that_stops_ends_the_job(mode, code, words):
     rig = Rig()
     rig.wait(lambda: len(rig.segments) == 3)
     rig.say(mode, reason="felt 12 N")
-    rig.say(ArmMode.CONTACT)
+    rig.say(State.CONTACT)
     rig.job.join(0.2)
-    if mode != ArmMode.RETRACTING:
+    if mode != State.RETRACTING:
         rig.say(mode, reason="felt 12 N")
     outcome = rig.end()
     assert outcome.code == code
@@ -114,7 +115,7 @@ def test_silent_arm_ends_the_job():
 def test_arm_that_does_not_take_up_the_path_ends_the_job():
     rig = Rig(ScrubPlannerSettings(stall_timeout=0.2, arm_state_max_age=30.0))
     while rig.outcome is None:
-        rig.job.see_arm(ArmReport(ArmMode.CONTACT, "", 3, 0, 0, 0.0, False))
+        rig.job.see_arm(ArmReport(State.CONTACT, "", 3, 0, 0, 0.0, False))
         time.sleep(0.01)
     assert rig.end().code == Code.ARM_STOPPED
     assert "did not move on along path 7" in rig.outcome.message

@@ -11,7 +11,8 @@ from bathbot_scrub.messages import (
     result_from_outcome,
     segment_from_message,
 )
-from bathbot_scrub.scrub_job import ArmMode, Code, Outcome, code_of
+from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.scrub_job import Code, Outcome, code_of
 from bathbot_scrub.segments import Segment
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
@@ -43,14 +44,14 @@ def test_path_holds_all_poses_in_the_base_frame():
 def test_codes_and_states_are_those_of_the_interfaces():
     for code in Code:
         assert getattr(Scrub.Result, code.name) == code
-    for mode in ArmMode:
+    for mode in State:
         assert getattr(ArmState, mode.name) == mode
 
 
 def test_report_and_result():
     state = ArmState(state=2, path_id=5, segment_index=2, segments_queued=3)
     state.distance_along, state.path_done = 0.1, True
-    assert report_from_arm(state) == (ArmMode.CONTACT, "", 5, 2, 3, 0.1, True)
+    assert report_from_arm(state) == (State.CONTACT, "", 5, 2, 3, 0.1, True)
     result = result_from_outcome(Outcome(Code.TARGET_LOST, "gone", 4, 0.2))
     assert (result.error_code, result.error_msg, result.segments, result.length) == (5, "gone", 4, 0.2)
 
