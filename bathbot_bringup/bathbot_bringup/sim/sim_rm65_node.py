@@ -7,6 +7,7 @@ from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.stage_node import OK, StageNode, run
 from bathbot_depthcorr.transport import keep_clear_of_shared_memory
 from bathbot_scrub.rm65.messages import pose_message
+from bathbot_scrub.rm65.ticker import Ticker
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import String
 
@@ -39,7 +40,7 @@ class SimRm65(StageNode):
         """Open the ports."""
         self._emulator = bathroom_emulator(self._settings)
         self._count, self._pushed = 0, 0
-        self._timer = self.create_timer(1.0 / _RATE, self._publish)
+        self._ticker = Ticker(_RATE, self._publish, self.get_logger().fatal)
         self.get_logger().info(
             f"RM65-{self._settings.variant} emulator listens on {self._settings.host}:{self._emulator.port}"
         )
@@ -47,7 +48,7 @@ class SimRm65(StageNode):
     def stop(self) -> None:
         """Close the ports."""
         if hasattr(self, "_emulator"):
-            self.destroy_timer(self._timer)
+            self._ticker.close()
             self._emulator.close()
             if self._settings.trace:
                 self._write(self._settings.trace)

@@ -34,6 +34,7 @@ from bathbot_scrub.rm65.messages import (
 from bathbot_scrub.rm65.period import prefer_process
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values, warning
+from bathbot_scrub.rm65.ticker import Ticker
 from bathbot_scrub.rm65.urdf import urdf
 
 
@@ -93,12 +94,12 @@ class Rm65Driver(StageNode):
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
         self._vendor = vendor_topics(self, driver) if self._settings.vendor_topics else None
-        self._timer = self.create_timer(1.0 / self._settings.publish_rate, self._publish)
+        self._ticker = Ticker(self._settings.publish_rate, self._publish, self.get_logger().fatal)
 
     def stop(self) -> None:
         """Stop the arm and let go of it."""
-        if hasattr(self, "_timer"):
-            self.destroy_timer(self._timer)
+        if hasattr(self, "_ticker"):
+            self._ticker.close()
             self._driver.close()
             if self._vendor is not None:
                 self._vendor.close()
@@ -107,7 +108,7 @@ class Rm65Driver(StageNode):
             self.destroy_subscription(self._segments)
             self.destroy_subscription(self._body)
             self._action.destroy()
-            del self._timer
+            del self._ticker
 
     def teardown(self) -> None:
         """Let the topics go."""
