@@ -191,7 +191,8 @@ class ForceGuard:
         if alarm.reaction is Reaction.FAULT:
             if not alarm.joints:
                 return self.fault(alarm.message)
-            self._after_retract, self.reason = State.FAULT, f"retracting: {alarm.message}"
+            self._after_retract, self._broken = State.FAULT, True
+            self.reason = f"retracting: {alarm.message}"
         if alarm.reaction is Reaction.WAIT and not alarm.joints:
             return self._wait(alarm)
         if excess is None:
@@ -207,8 +208,8 @@ class ForceGuard:
 
     def _wait(self, alarm: Alarm) -> Action:
         """Brake once, and stand for as long as the alarm lasts."""
-        begun, self.waiting = not self.waiting, alarm.message
-        return Action.STOP if begun else Action.GO_ON
+        waited, self.waiting = self.waiting, alarm.message
+        return Action.GO_ON if waited else Action.STOP
 
     def _calm(self) -> Action:
         """Nothing forbids to go on; what stood because of an alarm goes on."""
