@@ -1,5 +1,6 @@
 """`bathbot sim-arm` as a process: a clear first line, faults told, a clean end."""
 
+import os
 import signal
 import socket
 import subprocess
@@ -60,6 +61,7 @@ def test_help_names_every_kind_of_fault(capsys):
 )
 def test_a_bad_option_ends_in_one_line(capsys, option):
     assert cli.run(["sim-arm", *option]) == 2
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER  # else all that is started later would press ahead
     told = capsys.readouterr().err
     assert told.startswith("bathbot: ")
     assert len(told.splitlines()) == 1

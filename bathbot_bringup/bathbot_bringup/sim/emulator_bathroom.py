@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 def prefer_the_arm() -> None:
-    """Set up this process for the clocked thread; call it before the first thread starts."""
+    """Set up this process for the clocked thread; what it starts later takes after it."""
     sys.setswitchinterval(0.0005)  # the clocked thread shares the interpreter
     prefer_process()
 
@@ -50,8 +50,8 @@ def run(settings: SimRm65Settings) -> None:
     Raises:
         BathbotError: On a bad scenario, a port that is taken, or a trace that cannot be written.
     """
-    prefer_the_arm()
     with bathroom_emulator(settings) as emulator:
+        prefer_the_arm()  # its own threads have asked for more already
         log.info(
             "RM65-%s, generation %d: TCP %s:%d, state push to UDP port %d of whoever connects; Ctrl-C ends",
             settings.variant,
