@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_scrub.rm65.protocol import (
     joints_to_wire,
+    pose_to_wire,
+    quaternion_to_wire,
     wrench_to_wire,
 )
 from numpy.typing import ArrayLike, NDArray
@@ -91,23 +93,8 @@ def datagram(controller: Controller, push: PushSettings) -> Datagram:
 
 def _waypoint(T_work_tool: Array) -> dict[str, list[int]]:
     """Pose of the tool, (4, 4), in the units of the push."""
-    (r00, r01, r02, x), (r10, r11, r12, y), (r20, r21, r22, z), _ = T_work_tool.tolist()
-    euler = math.atan2(r21, r22), math.atan2(-r20, math.hypot(r00, r10)), math.atan2(r10, r00)
-    # each component from the diagonal, its sign from the others; w is taken as positive
-    squares = (1 + r00 + r11 + r22, 1 + r00 - r11 - r22, 1 - r00 + r11 - r22, 1 - r00 - r11 + r22)
-    largest = max(range(4), key=squares.__getitem__)
-    products = (
-        (squares[0], r21 - r12, r02 - r20, r10 - r01),
-        (r21 - r12, squares[1], r10 + r01, r02 + r20),
-        (r02 - r20, r10 + r01, squares[2], r21 + r12),
-        (r10 - r01, r02 + r20, r21 + r12, squares[3]),
-    )[largest]
-    scale = math.copysign(0.5 / math.sqrt(squares[largest]), products[0] if products[0] else 1.0)
-    return {
-        "position": [round(v * 1e6) for v in (x, y, z)],
-        "euler": [round(a * 1e3) for a in euler],
-        "quat": [round(scale * q * 1e6) for q in products],
-    }
+    place = pose_to_wire(T_work_tool)
+    return {"position": place[:3], "euler": place[3:], "quat": quaternion_to_wire(T_work_tool[:3, :3])}
 
 
 class PushSender:

@@ -6,11 +6,12 @@ software sends bare line feeds inside a frame.
 """
 
 import json
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from bathbot_depthcorr.rigid import quaternion_from_rotation, rotation_from_quaternion
+from bathbot_depthcorr.rigid import rotation_from_quaternion
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import ProtocolError
@@ -141,9 +142,21 @@ def pose_from_wire(values: ArrayLike) -> Array:
 
 
 def quaternion_to_wire(rotation: ArrayLike) -> list[int]:
-    """A rotation matrix (3, 3) -> (w, x, y, z) in 1e-6."""
-    x, y, z, w = quaternion_from_rotation(rotation)
-    return _rounded((w, x, y, z), 1e6)
+    """A rotation matrix (3, 3) -> (w, x, y, z) in 1e-6, w not negative.
+
+    In plain floats, a tenth of what a library's check of the matrix takes: it is sent 200 times a second.
+    """
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = np.asarray(rotation, dtype=float).tolist()
+    # each component from the diagonal, its sign from the others
+    squares = (1 + r00 + r11 + r22, 1 + r00 - r11 - r22, 1 - r00 + r11 - r22, 1 - r00 - r11 + r22)
+    largest = max(range(4), key=squares.__getitem__)
+    products = (
+        (squares[0], r21 - r12, r02 - r20, r10 - r01),
+        (r21 - r12, squares[1], r10 + r01, r02 + r20),
+        (r02 - r20, r10 + r01, squares[2], r21 + r12),
+        (r10 - r01, r02 + r20, r21 + r12, squares[3]),
+    )[largest]
+    return _rounded(products, math.copysign(0.5e6 / math.sqrt(squares[largest]), products[0]))
 
 
 def quaternion_from_wire(values: ArrayLike) -> Array:
