@@ -147,6 +147,36 @@ def test_zeroing_is_refused_on_the_skin_and_when_something_touches(cell):
     cell.emulator.order(Fault("none"))
 
 
+def test_a_sensor_that_has_drifted_is_zeroed_when_someone_vouches_for_it(cell):
+    cell.driver.zero_force()
+    with pytest.raises(NotReadyError, match="nothing is paused"):
+        cell.driver.resume()
+    cell.emulator.order(Fault("biased_force", value=-6.0))
+    until(lambda: cell.driver.snapshot().force > 5.5)
+    with pytest.raises(NotReadyError, match="arm/resume to say so"):
+        in_contact(cell)
+    cell.driver.resume()
+    in_contact(cell)
+    assert cell.driver.snapshot().force < 4.0
+    leave(cell)
+
+
+def test_who_follows_the_arm_is_left_only_where_the_way_is_known_to_be_free(cell):
+    """Pressed again while it still leaves, with somebody close behind: it stands."""
+    in_contact(cell)
+    cell.emulator.order(Fault("biased_force", value=-12.0, duration=0.1))
+    until(lambda: cell.state() is State.RETRACTING and cell.gap() > 0.02)
+    head = cell.driver.loop.where()
+    everywhere = np.stack(np.meshgrid(*[np.linspace(-0.3, 0.3, 31)] * 3), -1).reshape(-1, 3)
+    around = everywhere + cell.driver.kinematics.head(head)[:3, 3] - 0.3 * AXIS
+    cell.driver.surroundings.see(around, time.monotonic())
+    cell.emulator.order(Fault("biased_force", value=-20.0))
+    until(lambda: cell.state() is State.FAULT)
+    assert "the body" in cell.driver.snapshot().reason
+    until(lambda: np.abs(cell.emulator.trace.data().joint_speeds[-1]).max() < 1e-3)
+    assert cell.gap() < 0.09
+
+
 def test_the_comfort_band_slows_the_scrubbing_down(cell):
     scrubbing(cell, speed=0.02, depth=0.004)
     assert cell.driver.loop.motion.runner.share == 1.0

@@ -13,6 +13,7 @@ from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, ru
 from bathbot_localize.messages import surface_from_cloud, transform_from_pose
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from numpy.typing import ArrayLike
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.qos import QoSProfile
@@ -149,10 +150,26 @@ class ScrubPlanner(StageNode):
         surface, recent = sighting.decode(), self._before.recent
         return Task(surface, sighting.stamp, target, head, joints, request.max_length, recent)
 
+    def _seen_body(self) -> ArrayLike:
+        """Points that links must keep off, shape (..., 3) [m]; none where no localiser ever told any.
+
+        Raises:
+            NotReadyError: They were seen too long ago.
+        """
+        if self._body is None:
+            return ()
+        age = self._now() - stamp_seconds(self._body.header.stamp)
+        if age > self._settings.body_max_age:
+            raise NotReadyError(
+                f"the body was last seen {age:.1f} s ago, allowed are {self._settings.body_max_age} s "
+                "(body_max_age); is target_localizer up?"
+            )
+        return surface_from_cloud(self._body)
+
     def _plan(self, task: Task, region: str) -> PathPlanner:
         """Choose the path, pressed in as is comfortable there, and show it; in the job's thread."""
         pressed = self._limits.comfortable(region, self._settings.compression)
-        body = () if self._body is None else surface_from_cloud(self._body)
+        body = self._seen_body()
         planner = PathPlanner(
             task,
             replace(self._settings, compression=pressed),

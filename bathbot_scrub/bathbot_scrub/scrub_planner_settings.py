@@ -37,12 +37,13 @@ class ScrubPlannerSettings:
     blend: float = _about(0.02, "of path over which a segment leaves the old surface for the new [m]")
 
     surface_max_age: float = _about(60.0, "of the surface seen before the arm came [s]")
+    body_max_age: float = _about(5.0, "of body_cloud; with an older one no path is chosen [s]")
     lost_after: float = _about(3.0, "without skin in sight around the arm the target is lost [s]")
     breath_window: float = _about(6.0, "of which the mean height of the skin is planned on [s]")
     breath_range: float = _about(0.004, "from that mean; skin farther off has moved for good [m]")
     max_shift: float = _about(0.02, "of the skin along its normal since the arm came [m]")
     min_cells: int = _about(40, "cells of skin in sight, below which motion cannot be told")
-    watch_period: float = _about(0.2, "between looks at the clock while no new surface comes [s]")
+    watch_period: float = _about(0.05, "between looks at the clock while no new surface comes [s]")
     max_offset: float = _about(0.03, "between the head in contact and the contact target [m]")
 
     force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
@@ -57,8 +58,8 @@ class ScrubPlannerSettings:
         self._demand_positive(
             "patch_length", "patch_width", "brush_diameter", "line_spacing", "depth_jump", "smoothing",
             "step", "max_relief", "breath_window", "breath_range",
-            "turn_threshold_deg", "speed", "blend", "ahead", "surface_max_age", "lost_after", "max_shift",
-            "min_cells", "watch_period", "max_offset", "arm_state_max_age", "stall_timeout",
+            "turn_threshold_deg", "speed", "blend", "ahead", "surface_max_age", "lost_after", "body_max_age",
+            "max_shift", "min_cells", "watch_period", "max_offset", "arm_state_max_age", "stall_timeout",
         )  # fmt: skip
         self._demand_within(
             ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),

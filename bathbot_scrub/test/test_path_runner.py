@@ -25,6 +25,13 @@ def test_joint_moves_respect_speed_acceleration_and_jerk(goal):
     assert np.abs(np.diff(joints, 3, axis=0)).max(initial=0.0) <= 1.05 * JOINT_PACE.jerk * PERIOD**3
 
 
+def test_a_way_on_the_border_of_two_profiles_is_run_too():
+    """2 a^3 / j^2: the acceleration is just reached; Ruckig alone finds no motion there."""
+    lengths = np.array([0.0, 0.04000000000000004])
+    path = timed_path(lengths, np.outer(lengths, np.ones(6)), 2.0, RM65_LIMITS, 1.0)
+    assert_allclose(run(PathRunner(path, JOINT_PACE, PERIOD))[-1], path.joints[-1], atol=1e-6)
+
+
 def test_a_joint_move_beyond_the_limits_is_refused():
     with pytest.raises(JointLimitError, match="joint 3"):
         joint_move(HOME, np.radians([0.0, 0.0, 140.0, 0.0, 0.0, 0.0]))

@@ -17,6 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from scipy.spatial.transform import Rotation
@@ -188,6 +189,20 @@ def test_cancel_ends_the_goal_and_pauses_the_arm(session):
     assert session.result(goal).error_code == Scrub.Result.CANCELED
     session.until(lambda: session.world.paused == 1)
     assert len(session.world.segments) == 3
+
+
+def test_with_a_body_of_long_ago_no_path_is_chosen(session):
+    session.touch()
+    long_ago = session.world.get_clock().now() - Duration(seconds=9)
+    header = Header(frame_id="base_link", stamp=long_ago.to_msg())
+    bodies = session.world.create_publisher(PointCloud2, "body_cloud", 1)
+    session.until(lambda: bodies.get_subscription_count() > 0)
+    bodies.publish(cloud_from_surface(cylinder(), header))
+    session.until(lambda: session.planner._body is not None)
+    result = session.result(session.send())
+    assert result.error_code == Scrub.Result.NOT_READY
+    assert "the body was last seen" in result.error_msg
+    assert session.world.segments == []
 
 
 def test_skin_that_moves_away_loses_the_target(session):

@@ -119,7 +119,7 @@ class Approach:
     def _zero(self) -> None:
         """Zero the sensor; when that fails the approach is over and the arm holds."""
         try:
-            self._link.zero_force(self._limits)
+            self._link.zeroing.run(self._limits)
         except ArmError as error:
             with self._loop.lock:
                 self._loop.guard.stop(str(error))

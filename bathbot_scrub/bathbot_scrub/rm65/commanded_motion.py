@@ -14,8 +14,11 @@ from bathbot_scrub.rm65.way_out import WayOut
 Array = NDArray[np.float64]
 _WAY_BACK = 0.8  # [rad] back on a joint move that met something
 _BACK_JOINTS = Pace(1.0, 4.0, 800.0)
-_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3]
-_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)  # braking of joint moves [rad/s^2], [rad/s^3]
+_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
+# braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
+# than that overshoots and comes back
+_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)
+_STOP_WITHIN = 0.02  # [m] in which a tool path is left, or at least most of its speed
 _JOINT_MOVES = (Kind.TRANSIT, Kind.HOME, Kind.SENT, Kind.STREAM)  # through free air, lengths in [rad]
 _STATE_OF = {  # in which a motion of a kind may go on after a stop
     Kind.TRANSIT: State.APPROACH,
@@ -31,18 +34,17 @@ _STATE_OF = {  # in which a motion of a kind may go on after a stop
 class CommandedMotion:
     """Gives the joints to command, period by period. Not thread-safe."""
 
-    def __init__(self, way_out: WayOut, leaving: Pace, period: float) -> None:
+    def __init__(self, way_out: WayOut, period: float) -> None:
         """Nothing is commanded yet.
 
         Args:
             way_out: Gives the way off the skin.
-            leaving: Pace on it.
             period: Of the commands [s].
         """
         self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
         self.runner: PathRunner | None = None
         self.kind = Kind.TRANSIT
-        self._way_out, self._leaving, self._period = way_out, leaving, period
+        self._way_out, self._period = way_out, period
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
 
@@ -87,9 +89,15 @@ class CommandedMotion:
         self.runner.rebase(path, cut)
 
     def brake(self) -> None:
-        """Come to rest on the path."""
-        if self.runner is not None:
-            self.runner.brake(_STOP_JOINTS if self.kind in _JOINT_MOVES else _STOP_LINE)
+        """Come to rest on the path, as fast as the head may and every joint can."""
+        if self.runner is None:
+            return
+        if self.kind in _JOINT_MOVES:
+            self.runner.brake(_STOP_JOINTS)
+            return
+        steepest = self.runner.path.steepest(self.runner.length, _STOP_WITHIN)
+        share = min(_STOP_JOINTS.acceleration / (_STOP_LINE.acceleration * max(steepest, 1e-9)), 1.0)
+        self.runner.brake(Pace(0.0, share * _STOP_LINE.acceleration, share * _STOP_LINE.jerk))
 
     def begin_anew(self) -> None:
         """Nothing was commanded for so long that the arm stands: what follows begins from rest."""
@@ -126,8 +134,17 @@ class CommandedMotion:
         if self._trail is not None and self.kind in _JOINT_MOVES:
             path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
         else:
-            path, pace = self._way_out.path(start), self._leaving
+            path, pace = self._way_out.path(start), self._way_out.pace
         self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), Kind.LEAVE, pace
+
+    def leave_follower(self, start: Array) -> None:
+        """Leave someone who has come after the arm: what lies behind it now is no way it came.
+
+        Raises:
+            UnreachableError: As `leave`; a CollisionError when something known is in the way.
+        """
+        self.leave(start)
+        self._way_out.demand_free(self.runner.path)
 
     def stand_at(self, joints: Array) -> None:
         """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""

@@ -17,28 +17,27 @@ from bathbot_scrub.rm65.at_work import AtWork
 from bathbot_scrub.rm65.command_log import CommandLog
 from bathbot_scrub.rm65.commanded_motion import CommandedMotion
 from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, UnreachableError
 from bathbot_scrub.rm65.force_excess import comfort
 from bathbot_scrub.rm65.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard_states import Action, State
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.link import Link
 from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.motion_kind import ARRIVALS, Kind
+from bathbot_scrub.rm65.motion_kind import ARRIVALS, MORE_MAY_COME, Kind
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.period import Beat, raise_priority
+from bathbot_scrub.rm65.period import Beat, Pulse, raise_priority
 from bathbot_scrub.rm65.watchdogs import Watchdogs, gravest
 from bathbot_scrub.rm65.way_out import Retract, WayOut
+from bathbot_scrub.rm65.whereabouts import whereabouts
 from bathbot_scrub.rm65.wrench_filter import resultant
 
 Array = NDArray[np.float64]
 _TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
-_MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
 _FRESH = 0.02  # [s] age of a sample that tells where the arm is now
 _STOOD = 0.1  # [s] without a command after which the controller ends the stream
-_ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 
 
 class ControlLoop:
@@ -68,10 +67,9 @@ class ControlLoop:
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
-        retract = Retract(settings.retract_distance, settings.retract_speed)
-        self._way_out = WayOut(planner, retract)
-        self.motion = CommandedMotion(self._way_out, retract.pace, self._period)
-        self._at_work, self._rest, self._turned = AtWork(), 0.0, time.monotonic()
+        self._way_out = WayOut(planner, Retract(settings.retract_distance, settings.retract_speed))
+        self.motion = CommandedMotion(self._way_out, self._period)
+        self._at_work, self._rest, self._pulse = AtWork(), 0.0, Pulse()
         self._news, self._open = threading.Event(), True
         self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
 
@@ -108,13 +106,8 @@ class ControlLoop:
             return self.where()
 
     def where(self) -> Array:
-        """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere."""
-        command, measured = self.motion.command, self._link.sense().joints
-        if command is not None and (self.guard.moving or np.abs(measured - command).max() <= _ASTRAY):
-            return command
-        if not np.isfinite(measured).all():
-            raise NotReadyError(f"no state from the controller yet; {_TRY}")
-        return measured
+        """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
+        return whereabouts(self.motion.command, self._link.sense().joints, self.guard.moving)
 
     def alarm(self) -> Alarm:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
@@ -159,8 +152,7 @@ class ControlLoop:
             self._news.wait(beat.left())
             self._news.clear()
             try:
-                joints = self._turn(beat)
-                if joints is not None:
+                if (joints := self._turn(beat)) is not None:
                     self._send(joints)
             except ArmConnectionError:
                 self.connection_lost()
@@ -171,8 +163,7 @@ class ControlLoop:
 
     def _note_pause(self) -> None:
         """Where this process was held up, the controller may have brought the arm to rest; or worse."""
-        now = time.monotonic()
-        stood, self._turned = now - self._turned, now
+        stood = self._pulse.beat()
         if stood > _STOOD:
             self.motion.begin_anew()
         if stood > self._stale_after and self.guard.engaged:
@@ -207,13 +198,11 @@ class ControlLoop:
 
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(), self.alarm()
-        engaged = self.guard.engaged
+        followed = self.motion.kind is Kind.LEAVE or not self.guard.engaged
         action = self.guard.check(sensed.reading, alarm)
         if action is Action.RETRACT:
             self.log.answer(self.guard.over_since)
-            self.leave()
-            if not engaged:  # a person has come after it: what lies behind now is no way it came
-                self._way_out.demand_free(self.motion.runner.path)
+            self._answer(followed)
             beat.bring_forward(self.log.last + _SHORTEST_FRAME)
         elif action is Action.STOP and alarm.astray and sensed.reading.age <= _FRESH:
             self.motion.stand_at(sensed.joints)
@@ -225,17 +214,23 @@ class ControlLoop:
         elif self.guard.state is State.CONTACT:
             self.motion.slow(comfort(resultant(sensed.reading.wrench), self.guard.region).speed)
 
+    def _answer(self, followed: bool) -> None:
+        """Leave who presses on the head; in vain only once for each time."""
+        try:
+            (self.motion.leave_follower if followed else self.motion.leave)(self.where())
+            self.guard.moving = True
+        except UnreachableError:
+            self.guard.cornered = True
+            raise
+
     def _advance(self) -> Array | None:
         motion = self.motion
         if motion.command is None:
             return None
-        if motion.runner is None:
-            self._rest += self._period
-            if self._rest > _REST and not (self.guard.touching or self.guard.waiting):
-                self.forget()
-                return None
-        else:
-            self._rest = 0.0
+        self._rest = self._rest + self._period if motion.runner is None else 0.0
+        if self._rest > _REST and not (self.guard.touching or self.guard.waiting):
+            self.forget()
+            return None
         joints = motion.step()
         self._link.vitals.command(joints, time.monotonic())
         if motion.runner is not None and motion.at_rest:
@@ -249,7 +244,7 @@ class ControlLoop:
         self.guard.moving = False
         if runner.at_end and self.motion.kind in ARRIVALS:
             self.guard.arrived(ARRIVALS[self.motion.kind])
-        more = _MORE_MAY_COME.get(self.motion.kind) is self.guard.state
+        more = MORE_MAY_COME.get(self.motion.kind) is self.guard.state
         if not (more or self.guard.paused or self.guard.waiting):
             self.motion.stand()
         self.lock.notify_all()

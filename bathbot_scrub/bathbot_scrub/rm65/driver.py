@@ -124,7 +124,9 @@ class ArmDriver:
             self.loop.motion.brake()
 
     def resume(self) -> None:
-        """Go on after a pause, allow the next motion, or leave FAULT; blocks while errors are cleared.
+        """Go on after a pause, allow the next motion, leave FAULT, or vouch for an untouched head.
+
+        Blocks while errors are cleared.
 
         Raises:
             ArmError: When none applies, or the cause is still there.
@@ -138,8 +140,12 @@ class ArmDriver:
         with loop.lock:
             if loop.guard.state is State.FAULT and not loop.guard.moving:
                 loop.forget()
-            if loop.guard.resume(loop.alarm()):
-                loop.resume()
+            try:
+                if loop.guard.resume(loop.alarm()):
+                    loop.resume()
+            except NotReadyError:
+                if loop.alarm().doubtful or not self.link.zeroing.allow():
+                    raise
 
     def zero_force(self) -> float:
         """Zero the sensor; give what remains [N]. Blocks for a fifth of a second.
@@ -151,7 +157,7 @@ class ArmDriver:
         with self.loop.lock:
             if self.loop.guard.moving or self.loop.guard.touching:
                 raise NotReadyError("zeroing needs an arm at rest off the skin; retract or stop first")
-        return self.link.zero_force(self.limits)
+        return self.link.zeroing.run(self.limits)
 
     def snapshot(self) -> Snapshot:
         """What the driver does now."""

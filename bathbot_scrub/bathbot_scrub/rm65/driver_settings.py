@@ -28,7 +28,7 @@ class DriverSettings:
     home_deg: tuple[float, ...] = _about(
         (0.0, 60.0, -130.0, 0.0, -80.0, 0.0), "folded posture out of the view [deg]"
     )
-    joint_speed: float = _about(1.0, "of the fastest joint between postures [rad/s]")
+    joint_speed: float = _about(0.8, "of the fastest joint between postures [rad/s]")
     joint_acceleration: float = _about(2.0, "of the fastest joint between postures [rad/s^2]")
     joint_share: float = _about(0.5, "of the joints' limits that tool paths may use, 0..1")
 
@@ -62,7 +62,8 @@ class DriverSettings:
     frozen_samples: int = _about(12, "readings of the force in a row that came before; noise never repeats")
     following_tolerance: float = _about(0.005, "that a joint may be off all it was told lately [rad]")
     following_after: float = _about(0.02, "for which it may be farther off than that [s]")
-    deaf_after: float = _about(0.08, "without answer to a question over TCP the arm brakes and waits [s]")
+    still_tolerance: float = _about(0.0015, "that a joint may be told to go without moving [rad]")
+    deaf_after: float = _about(0.06, "without answer to a question over TCP the arm brakes and waits [s]")
     leave_after: float = _about(10.0, "on the skin without any motion; then the arm leaves it [s]")
 
     tool_mass: float = _about(
@@ -103,6 +104,7 @@ class DriverSettings:
             "wait_at_most",
             "following_tolerance",
             "following_after",
+            "still_tolerance",
             "deaf_after",
             "leave_after",
             "force_cutoff",

@@ -4,7 +4,6 @@ The states and the ways between them are in `guard_states`. Time comes in with t
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.alarm import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.errors import NotReadyError
@@ -13,7 +12,6 @@ from bathbot_scrub.rm65.force_limits import ForceLimits, RegionLimits
 from bathbot_scrub.rm65.guard_states import Action, Cause, State
 from bathbot_scrub.rm65.wrench_filter import resultant
 
-Array = NDArray[np.float64]
 _SLOPE = 0.03  # [s] of good readings that a slope needs
 
 
@@ -35,6 +33,7 @@ class ForceGuard:
         self._off = False  # while leaving: nothing is felt any more
         self._broken = False  # it leaves for a force that comes with a fault: of the sensor, maybe
         self._doubted = -np.inf  # [s] stamp of the last reading that could not be trusted
+        self.cornered = False  # it could not leave who presses now
         self._forced = False  # the arm left because of force, and nobody has allowed it to go on
         self._paused_from: State | None = None
         self._after_retract = State.FREE
@@ -60,8 +59,9 @@ class ForceGuard:
         self._doubted = self._doubted if trusted else reading.stamp
         excess = self._excess(reading) if trusted else ""
         self._note_first(reading, excess)
+        self.cornered = self.cornered and bool(excess)
         if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
-            pressed = excess and (self.touching or self.facing) and alarm.joints
+            pressed = excess and not self.cornered and (self.touching or self.facing) and alarm.joints
             return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
         if self.state is State.RETRACTING:
             return self._check_leaving(reading, alarm, excess if trusted else None)
@@ -213,10 +213,8 @@ class ForceGuard:
 
     def _calm(self) -> Action:
         """Nothing forbids to go on; what stood because of an alarm goes on."""
-        if not self.waiting:
-            return Action.GO_ON
-        self.waiting = ""
-        return Action.RESUME
+        waited, self.waiting = self.waiting, ""
+        return Action.RESUME if waited else Action.GO_ON
 
     def _felt(self, reading: Reading) -> bool:
         """Whether skin is felt."""

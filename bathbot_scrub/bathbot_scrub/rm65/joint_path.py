@@ -49,6 +49,16 @@ class JointPath:
         early, late = step * self.slopes[index - 1] - rise, rise - step * self.slopes[index]
         return self.joints[index - 1] + t * rise + t * (1.0 - t) * ((1.0 - t) * early + t * late)
 
+    def steepest(self, length: float, ahead: float) -> float:
+        """Largest |dq/ds| of any joint from a length to one farther `ahead`."""
+        begin, end = np.searchsorted(self.lengths, (length, length + ahead))
+        return float(np.abs(self.slopes[max(begin - 1, 0) : end + 1]).max())
+
+    def until(self, length: float) -> "JointPath":
+        """The part up to the last sample within a length; two samples at least."""
+        kept = max(int(np.searchsorted(self.lengths, length, side="right")), 2)
+        return JointPath(self.lengths[:kept], self.joints[:kept], self.speed_limit[:kept])
+
     def back_from(self, length: float, distance: float) -> "JointPath":
         """The way back from a length, `distance` long or to the beginning."""
         begin = max(length - distance, 0.0)

@@ -15,20 +15,18 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.client import ArmClient, Connection
 from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, RefusedError
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, RefusedError
 from bathbot_scrub.rm65.force_excess import Reading
-from bathbot_scrub.rm65.force_limits import ForceLimits
 from bathbot_scrub.rm65.state_push import ArmSample, StateReceiver
 from bathbot_scrub.rm65.tool_weight import ToolWeight
 from bathbot_scrub.rm65.vital_signs import Activity, Connected, Signs, VitalSigns
 from bathbot_scrub.rm65.wrench_filter import HeadWrench, WrenchFilter
+from bathbot_scrub.rm65.zeroing import Zeroing
 
 Array = NDArray[np.float64]
 _RETRY = 1.0  # [s] between attempts to order the push
-_SETTLE = 0.15  # [s] for the filter after zeroing
 _SILENCE = 2.0  # [s] without push after which it is ordered again
-_ASK = 0.05  # [s] between questions that show that the controller still listens
-_WATCHED = 0.05  # [s] for which the force must be steady before it is zeroed
+_ASK = 0.03  # [s] between questions that show that the controller still listens
 _NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
 
 
@@ -66,12 +64,16 @@ class Link:
         self._told: set[str] = set()  # since it last worked
         self._ready, self._powered = False, True
         self._set_up_at = 0.0  # [s]
-        self._zeroed, self._told_bad = False, False  # at least once
+        self._told_bad = False
         self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
         self.receiver = StateReceiver(settings.udp_port, self._take, self.vitals.refuse)
         self.client = ArmClient(settings.host, settings.port, self._connection)
+        clear = {"command": "clear_force_data"}
+        self.zeroing = Zeroing(
+            lambda: self.client.demand(clear, "clear_state"), lambda: self.wrench, self._begin_anew
+        )
         self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
 
     def start(self, lost: Callable[[], None], news: Callable[[], None]) -> None:
@@ -114,44 +116,12 @@ class Link:
                 {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
             )
 
-    def zero_force(self, limits: ForceLimits) -> float:
-        """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
-
-        Raises:
-            NotReadyError: When the head is touched: the force is not steady, or far from the last zero.
-            RefusedError: When the controller refuses.
-            ArmConnectionError: Without connection.
-        """
-        self._check_untouched(limits)
+    def _begin_anew(self) -> None:
+        """The sensor reads zero now, with the tool in this posture."""
         sample = self.sample
-        self.client.demand({"command": "clear_force_data"}, "clear_state")
-        time.sleep(0.03)  # samples on their way are older than the reply
         with self._filter_lock:
             self._filter.reset()
             self._pull_at_zero = np.zeros(6) if sample is None else self._pull(sample)
-        time.sleep(_SETTLE)
-        residual = math.inf if self.wrench is None else self.wrench.force
-        limits.check_zeroed(residual)
-        self._zeroed = True
-        return residual
-
-    def _check_untouched(self, limits: ForceLimits) -> None:
-        """Refuse to zero a force that changes, or that was zeroed before and is too high now."""
-        felt, until = [], time.monotonic() + _WATCHED
-        while time.monotonic() < until:
-            felt.append(np.zeros(3) if self.wrench is None else self.wrench.filtered[:3])
-            time.sleep(_WATCHED / 10.0)
-        change = float(np.ptp(felt, axis=0).max())
-        if not change <= limits.zero_residual:
-            raise NotReadyError(
-                f"the force changes by {change:.2f} N: something touches the head; free it first"
-            )
-        force = float(np.linalg.norm(felt[-1]))
-        if self._zeroed and force > limits.transit:
-            raise NotReadyError(
-                f"{force:.1f} N are felt where nothing should be: free the head; if nothing touches it, the "
-                "sensor has drifted: start the driver anew"
-            )
 
     def close(self) -> None:
         """End everything."""

@@ -127,6 +127,11 @@ class Planner:
         if self.surroundings is not None:
             self.surroundings.check(joints, patch, self.surroundings.margin)
 
+    def check_body(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
+        """The same with regard to the body alone, from any thread; see `Surroundings.check_body`."""
+        if self.surroundings is not None:
+            self.surroundings.check_body(joints, patch, self.surroundings.margin)
+
     def check_tool_path(self, joints: ArrayLike, T_base_heads: Array) -> None:
         """The same for a slow path along head poses, shape (N, 4, 4), all of which may touch the body."""
         if self.surroundings is not None:

@@ -2,6 +2,8 @@
 
 from enum import Enum
 
+from bathbot_scrub.rm65.guard_states import State
+
 
 class Kind(Enum):
     """What a motion is for."""
@@ -21,3 +23,5 @@ ARRIVALS = {  # motions whose end ends a state, and what is said then
     Kind.HOME: "at home",
     Kind.SENT: "where it was sent",
 }
+
+MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from ruckig import ControlInterface, InputParameter, OutputParameter, Result, Ruckig
+from ruckig import ControlInterface, InputParameter, OutputParameter, Ruckig, RuckigError
 
 from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.joint_path import JointPath
 
 Array = NDArray[np.float64]
+_HAIR = 1.0 - 1e-6
 _CREEP = 1e-4  # least speed [s-units/s] that counts as motion
 
 
@@ -90,8 +91,20 @@ class PathRunner:
             given.control_interface = ControlInterface.Position
             given.target_position = [self.path.end]
             given.max_velocity = [max(allowed, 10 * _CREEP)]
-        if self._ruckig.update(given, self._output) not in (Result.Working, Result.Finished):
-            raise ArmError(f"no motion from s={self.length:.4f}, v={self.speed:.4f} to {self.path.end:.4f}")
+        self._update()
         self.length = self._output.new_position[0]
         self.speed, self._acceleration = self._output.new_velocity[0], self._output.new_acceleration[0]
         return self.path.at(self.length)
+
+    def _update(self) -> None:
+        """Step, with a jerk a hair less where two kinds of profile meet and Ruckig finds neither."""
+        try:
+            self._ruckig.update(self._input, self._output)
+        except RuckigError:
+            self._input.max_jerk = [_HAIR * self.pace.jerk]
+            try:
+                self._ruckig.update(self._input, self._output)
+            except RuckigError as error:
+                raise ArmError(
+                    f"no motion from s={self.length:.4f}, v={self.speed:.4f} to {self.path.end:.4f}"
+                ) from error

@@ -66,6 +66,20 @@ class Beat:
         self._due = min(self._due, max(due, time.monotonic()))
 
 
+class Pulse:
+    """Tells its owner how long it has stood still."""
+
+    def __init__(self) -> None:
+        """Begin now."""
+        self._last = time.monotonic()
+
+    def beat(self) -> float:
+        """Time since the last call, or since the beginning [s]."""
+        now = time.monotonic()
+        since, self._last = now - self._last, now
+        return since
+
+
 def prefer_process() -> None:
     """Ask for this process and all its threads to come to be served first; not granted is no error.
 

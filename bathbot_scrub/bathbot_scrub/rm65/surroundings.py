@@ -1,7 +1,7 @@
 """What the arm must not meet: itself, walls, and the body the camera sees, outside the patch to be washed.
 
-Whole paths are judged before anything moves. Retracting is never judged: leaving must always be possible.
-Who stands nearer than allowed may move, but no nearer.
+Whole paths are judged before anything moves. A way out is shortened where the body is behind the arm, never
+refused: leaving must always be possible. Who stands nearer than allowed may move, but no nearer.
 """
 
 import threading
@@ -94,11 +94,15 @@ class Surroundings:
         Raises:
             CollisionError: With the link, what it would meet, where, and how near.
         """
+        self._check_itself(self.check_body(joints, patch, margin))
+
+    def check_body(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> SweptArm:
+        """The same with regard to the body alone; never waits for another thread. Gives where the arm was."""
         path = self._clearance.swept(np.asarray(joints, dtype=float))
         body = self._body
         if body is not None and self._clock() - body.stamp <= self._max_age:
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
-        self._check_itself(path)
+        return path
 
     def _check_itself(self, path: SweptArm) -> None:
         with self._model_lock:

@@ -12,7 +12,6 @@ import numpy as np
 from bathbot_scrub.rm65.alarm import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.error_codes import in_words
-from bathbot_scrub.rm65.following import stuck
 from bathbot_scrub.rm65.vital_signs import Signs
 
 RATED_FORCE, RATED_TORQUE = 200.0, 7.0  # [N], [Nm] of the sensor; the lower of two documents
@@ -88,9 +87,10 @@ def _following(signs: Signs, settings: DriverSettings) -> str:
 
 
 def _not_following(signs: Signs, settings: DriverSettings) -> str:
-    if not stuck(signs.lag, settings.following_tolerance) or signs.age > settings.brake_after:
+    lag = signs.lag
+    if lag.told <= settings.still_tolerance or signs.age > settings.brake_after:
         return ""
-    return f"the arm does not move: told to go {signs.lag.told:.3f} rad, it went {signs.lag.went:.3f} rad"
+    return f"joint {lag.still} stands: it was told to go {lag.told:.4f} rad and went {lag.went:.4f} rad"
 
 
 def _tcp_lost(signs: Signs, settings: DriverSettings) -> str:
@@ -135,7 +135,13 @@ WATCHDOGS = (
         "following_error", "joints off their commands", "following_after", _FAULT, _following, True, False
     ),
     Watchdog(
-        "not_following", "joints that stand when told to go", "0.3 s", _FAULT, _not_following, True, False
+        "not_following",
+        "joints that stand when told to go",
+        "still_tolerance",
+        _FAULT,
+        _not_following,
+        True,
+        False,
     ),
     Watchdog("tcp_lost", "the TCP connection", "at once", _FAULT, _tcp_lost, True, False),
     Watchdog("tcp_deaf", "a question without answer", "deaf_after", _WAIT, _tcp_deaf, True, False),

@@ -2,7 +2,8 @@
 
 A straight line along the outward normal takes a few milliseconds to plan; it is planned in the pauses of
 the control loop, while the head touches. A head that has moved on meanwhile by a few millimetres takes the
-line that is ready, shifted to where it is.
+line that is ready, shifted to where it is. It ends before anything the camera saw behind the arm - a knee,
+a hand - but takes the head off the skin in any case.
 """
 
 from dataclasses import replace
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.rm65.errors import CollisionError, UnreachableError
 from bathbot_scrub.rm65.joint_path import JointPath
 from bathbot_scrub.rm65.limits import RM65_LIMITS
 from bathbot_scrub.rm65.motion import Planner
@@ -19,6 +20,7 @@ from bathbot_scrub.rm65.path_runner import Pace
 
 Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
+_SHARES = (1.0, 0.75, 0.5)  # of the way, tried one after the other until nothing is met
 _AGAIN, _FARTHEST = 0.01, 0.05  # [rad] from where a line was planned: plan anew; do not use it
 _DECELERATION = 1.0  # [m/s^2] at the end of the way, where haste is over
 _ARRIVAL = 0.05  # [m/s] from which any brake is gentle
@@ -46,6 +48,11 @@ class WayOut:
         """Plan with `planner`, as `retract` says."""
         self._planner, self._retract = planner, retract
         self._ready: JointPath | None = None
+
+    @property
+    def pace(self) -> Pace:
+        """At which to leave."""
+        return self._retract.pace
 
     def prepare(self, joints: Array) -> None:
         """Plan the way from joints [rad], shape (6,), unless one from nearby is ready."""
@@ -75,10 +82,25 @@ class WayOut:
         Raises:
             CollisionError: With what is in the way.
         """
-        head = self._planner.kinematics.head(path.joints[0])
-        self._planner.check(path.joints, head[None, :3, 3])
+        self._planner.check(path.joints, self._place(path))
 
     def _plan(self, joints: Array) -> JointPath:
         line = self._planner.line(joints, -self._retract.distance, self._retract.speed, _SHORTEST)
+        line = self._free_part(line)
         slowing = np.sqrt(2.0 * _DECELERATION * (line.end - line.lengths) + _ARRIVAL**2)
         return replace(line, speed_limit=np.minimum(line.speed_limit, slowing))
+
+    def _free_part(self, line: JointPath) -> JointPath:
+        """As much of a line as meets no body, and the shortest way off the skin whatever is there."""
+        for share in _SHARES:
+            part = line.until(share * line.end)
+            try:
+                self._planner.check_body(part.joints, self._place(part))
+                return part
+            except CollisionError:
+                continue
+        return line.until(_SHORTEST)
+
+    def _place(self, path: JointPath) -> Array:
+        """Where the head is at first, shape (1, 3) [m]: there it may touch."""
+        return self._planner.kinematics.head(path.joints[0])[None, :3, 3]
