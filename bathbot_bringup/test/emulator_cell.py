@@ -3,6 +3,7 @@
 The machine may be busy, hence the long deadlines.
 """
 
+import gc
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -87,12 +88,15 @@ class Cell:
 
 @contextmanager
 def running(**settings):
+    gc.collect()
+    gc.freeze()  # as nodes do: a search through all that a test session holds would stall arm and driver
     cell = Cell(**settings)
     try:
         until(lambda: cell.driver.snapshot().connected)
         yield cell
     finally:
         cell.close()
+        gc.unfreeze()
 
 
 def segments(count=3, speed=0.10, depth=0.005):
