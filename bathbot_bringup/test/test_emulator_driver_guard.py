@@ -177,6 +177,21 @@ def test_who_follows_the_arm_is_left_only_where_the_way_is_known_to_be_free(cell
     assert cell.gap() < 0.09
 
 
+@pytest.mark.parametrize("gives_up", [False, True])
+def test_what_waits_in_front_of_a_controller_that_stood_still_is_not_obeyed_later(gives_up):
+    """Frames that went out before the silence was noticed wait in the controller, and a stop behind them."""
+    with running(stale_after=0.3, wait_at_most=0.5, deaf_after=0.1, **QUICK) as cell:
+        scrubbing(cell, speed=0.08)
+        cell.emulator.order(Fault("stalled"))
+        until(lambda: cell.state() is State.FAULT)
+        if gives_up:
+            cell.driver.link.client.reconnect()
+        stood = cell.emulator.truth().T_base_head[:3, 3]
+        cell.emulator.order(Fault("none"))
+        time.sleep(0.5)
+        assert np.linalg.norm(cell.emulator.truth().T_base_head[:3, 3] - stood) < 2e-4
+
+
 def test_the_comfort_band_slows_the_scrubbing_down(cell):
     scrubbing(cell, speed=0.02, depth=0.004)
     assert cell.driver.loop.motion.runner.share == 1.0

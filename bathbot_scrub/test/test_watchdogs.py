@@ -48,6 +48,12 @@ def test_good_signs_raise_nothing():
     assert gravest(()) is QUIET
 
 
+@pytest.mark.parametrize("name", ["following_error", "not_following"])
+def test_datagrams_that_repeat_themselves_tell_nothing_of_the_joints(name):
+    assert name in {alarm.name for alarm in judge(repeats=2, **BAD[name])}
+    assert name not in {alarm.name for alarm in judge(repeats=3, **BAD[name])}
+
+
 @pytest.mark.parametrize("dog", WATCHDOGS, ids=lambda dog: dog.name)
 def test_every_watchdog_barks_with_its_reaction_and_says_what_is_wrong(dog):
     alarms = {alarm.name: alarm for alarm in judge(**BAD[dog.name])}

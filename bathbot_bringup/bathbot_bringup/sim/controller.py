@@ -63,6 +63,7 @@ class Controller:
         self.target = self.dynamics.joints  # where the joints shall go
         self.sensor = ForceSensor(rng, self.faults, STEP)
         self.queue, self._stream = MotionQueue(STEP), JointStream(STEP)
+        self.frozen = False  # its program stands still; the joints go on to the last target
         self.force_position: ForcePosition | None = None
         self._yielded = np.zeros(6)  # [rad] by which force control has led away from the motion
         self.motion = Motion.IDLE
@@ -197,7 +198,7 @@ class Controller:
         trouble = joint_trouble(self.faults, self.dynamics.positions, self.target)
         if trouble.error:
             self.trip(trouble)
-        settled = [] if "stalled" in self.faults else self._advance()
+        settled = [] if self.frozen else self._advance()
         self._move_joints(self.health.braked | trouble.stuck)
         self.T_base_flange = self.arm.kinematics.flange(self.dynamics.joints)
         contact = self.skin.step(self.T_base_head)

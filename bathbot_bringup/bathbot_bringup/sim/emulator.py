@@ -79,7 +79,7 @@ class Emulator:
             self.faults,
         )
         self._desk = Desk(controller, PushSettings(port=settings.udp_port), self.trace, self._let_go)
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self.sessions = Sessions(self.answer, self.faults, self._meet)
         self.late = 0  # steps that did not come in time, ever
         self._open = True
@@ -197,7 +197,7 @@ class Emulator:
                 self._begin_or_end(event)
             controller, push = self._desk.controller, self._desk.push
             settled = controller.step()
-            silent = "stalled" in self.faults or "power_cut" in self.faults
+            silent = controller.frozen or "power_cut" in self.faults
             due = in_time and push.enable and count % push.cycle == 0 and not silent
             state = datagram(controller, push) if due else None
         self.trace.events(events)
@@ -206,6 +206,12 @@ class Emulator:
         if settled and self._open:
             frames = [end.frame for end in settled if end.frame is not None]
             self._loop.call_soon_threadsafe(self.sessions.tell, frames)
+
+    def _take_held(self) -> None:
+        """Read what waited, then go on; within one step, as a program does that is not written in Python."""
+        with self._lock:
+            self.sessions.take_held()
+            self._desk.controller.frozen = False
 
     def _begin_or_end(self, event: FaultEvent) -> None:
         """Do what happens once, when a fault begins or ends."""
@@ -220,8 +226,10 @@ class Emulator:
                 controller.cut_power()
             case "power_cut", "end":
                 later(self.sessions.drop)
+            case "stalled", "begin":
+                controller.frozen = True
             case "stalled", "end":
-                later(self.sessions.take_held)
+                later(self._take_held)
 
 
 def is_loopback(host: str) -> bool:

@@ -43,6 +43,8 @@ class Sessions(set["Session"]):
         """Read what came in while the controller stood still."""
         for session in list(self):
             session.data_received(b"")
+            if session.transport.is_closing():
+                self.discard(session)
 
     def tell(self, frames: list[Frame]) -> None:
         """Send frames to all."""
@@ -70,8 +72,9 @@ class Session(asyncio.Protocol):
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """End."""
-        self._sessions.discard(self)
+        """End; what has come is read all the same when a controller that stands still goes on."""
+        if not (self._held and "stalled" in self._sessions.faults):
+            self._sessions.discard(self)
 
     def data_received(self, data: bytes) -> None:
         """Answer each frame; a bad one is refused, and told once."""

@@ -101,23 +101,29 @@ class ArmClient:
                 f"the controller refused {frame['command']}: {str(answer)[:120]}; see its error list"
             )
 
+    def post(self, frame: Frame) -> None:
+        """Send a command and do not wait for its reply.
+
+        Raises:
+            ArmConnectionError: Without connection.
+        """
+        self._send(encode(frame))
+
     def stream_joints(self, joints: ArrayLike) -> None:
         """Send one frame of the high-follow joint stream, angles [rad], shape (6,); no reply comes.
 
         Raises:
             ArmConnectionError: Without connection.
         """
-        self._send(
-            encode(
-                {
-                    "command": "movej_canfd",
-                    "joint": joints_to_wire(joints),
-                    "follow": True,
-                    "expand": 0,
-                    "trajectory_mode": 0,
-                    "radio": 0,
-                }
-            )
+        self.post(
+            {
+                "command": "movej_canfd",
+                "joint": joints_to_wire(joints),
+                "follow": True,
+                "expand": 0,
+                "trajectory_mode": 0,
+                "radio": 0,
+            }
         )
 
     def local_address(self) -> str:

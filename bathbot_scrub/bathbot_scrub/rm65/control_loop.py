@@ -22,12 +22,13 @@ from bathbot_scrub.rm65.force_excess import comfort
 from bathbot_scrub.rm65.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard_states import Action, State
 from bathbot_scrub.rm65.joint_path import JointPath
-from bathbot_scrub.rm65.link import Link
+from bathbot_scrub.rm65.link import Link, Sensed
 from bathbot_scrub.rm65.motion import Planner
 from bathbot_scrub.rm65.motion_kind import ARRIVALS, MORE_MAY_COME, Kind
 from bathbot_scrub.rm65.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.period import Beat, Pulse, raise_priority
-from bathbot_scrub.rm65.watchdogs import Watchdogs, gravest
+from bathbot_scrub.rm65.period import Beat, Pulse
+from bathbot_scrub.rm65.steady_thread import SteadyThread
+from bathbot_scrub.rm65.watchdogs import UNHEARD, Watchdogs, gravest
 from bathbot_scrub.rm65.way_out import Retract, WayOut
 from bathbot_scrub.rm65.whereabouts import whereabouts
 from bathbot_scrub.rm65.wrench_filter import resultant
@@ -51,7 +52,7 @@ class ControlLoop:
         settings: DriverSettings,
         warn: Callable[[str], None],
     ) -> None:
-        """Prepare; `start` begins.
+        """Prepare; `thread.start` begins.
 
         Args:
             link: Gives what is measured and takes the joint stream.
@@ -63,30 +64,13 @@ class ControlLoop:
         self._period, self._stale_after = 1.0 / settings.rate, settings.stale_after
         self.guard, self.log = guard, CommandLog(self._period)
         self.lock = threading.Condition(threading.RLock())
-        self.priority = ""
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
         self._way_out = WayOut(planner, Retract(settings.retract_distance, settings.retract_speed))
         self.motion = CommandedMotion(self._way_out, self._period)
         self._at_work, self._rest, self._pulse = AtWork(), 0.0, Pulse()
-        self._news, self._open = threading.Event(), True
-        self._thread = threading.Thread(target=self._run, name="rm65-control", daemon=True)
-
-    def start(self) -> None:
-        """Begin to beat."""
-        self._thread.start()
-
-    def wake(self) -> None:
-        """A sample has come: judge it now."""
-        self._news.set()
-
-    def close(self) -> None:
-        """End the thread."""
-        self._open = False
-        self._news.set()
-        if self._thread.is_alive():
-            self._thread.join(2.0)
+        self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
 
     def resume(self) -> None:
         """Let a motion go on that stands; the caller holds the lock."""
@@ -145,21 +129,24 @@ class ControlLoop:
                 self.guard.fault("connection to the controller lost")
             self.forget()
 
-    def _run(self) -> None:
-        self.priority = raise_priority()
-        beat = Beat(self._period)
-        while self._open:
-            self._news.wait(beat.left())
-            self._news.clear()
-            try:
-                if (joints := self._turn(beat)) is not None:
-                    self._send(joints)
-            except ArmConnectionError:
-                self.connection_lost()
-            except ArmError as error:
-                self._fail(str(error))
-            except Exception as error:  # a bug must end in an arm that stands still, and be seen
-                self._fail(f"{type(error).__name__}: {error}")
+    def _beat(self, beat: Beat) -> None:
+        """Judge, and send a command when one is due."""
+        with self.lock:
+            self._note_pause()
+            before = self.guard.state, self.guard.waiting, self.alarms
+            self._judge(beat)
+            joints = self._advance() if beat.passed() else None
+            if (self.guard.state, self.guard.waiting, self.alarms) != before:
+                self.lock.notify_all()
+        if joints is not None:
+            self._send(joints)
+
+    def _failed(self, error: Exception) -> None:
+        """A bug, too, must end in an arm that stands still, and be seen."""
+        if isinstance(error, ArmConnectionError):
+            self.connection_lost()
+        else:
+            self._fail(str(error) if isinstance(error, ArmError) else f"{type(error).__name__}: {error}")
 
     def _note_pause(self) -> None:
         """Where this process was held up, the controller may have brought the arm to rest; or worse."""
@@ -185,17 +172,6 @@ class ControlLoop:
             self.guard.moving = False
             self.lock.notify_all()
 
-    def _turn(self, beat: Beat) -> Array | None:
-        """Judge; when a command is due, give the joints to send."""
-        with self.lock:
-            self._note_pause()
-            before = self.guard.state, self.guard.waiting, self.alarms
-            self._judge(beat)
-            joints = self._advance() if beat.passed() else None
-            if (self.guard.state, self.guard.waiting, self.alarms) != before:
-                self.lock.notify_all()
-            return joints
-
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(), self.alarm()
         followed = self.motion.kind is Kind.LEAVE or not self.guard.engaged
@@ -204,15 +180,23 @@ class ControlLoop:
             self.log.answer(self.guard.over_since)
             self._answer(followed)
             beat.bring_forward(self.log.last + _SHORTEST_FRAME)
-        elif action is Action.STOP and alarm.astray and sensed.reading.age <= _FRESH:
-            self.motion.stand_at(sensed.joints)
-            self.guard.moving = False
+        elif action is Action.STOP and alarm.astray:
+            self._let_stand(sensed)
         elif action is Action.STOP:
             self.motion.brake()
         elif action is Action.RESUME:
             self.resume()
         elif self.guard.state is State.CONTACT:
             self.motion.slow(comfort(resultant(sensed.reading.wrench), self.guard.region).speed)
+
+    def _let_stand(self, sensed: Sensed) -> None:
+        """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""
+        if UNHEARD.isdisjoint(one.name for one in self.alarms) and sensed.reading.age <= _FRESH:
+            self.motion.stand_at(sensed.joints)
+            self.guard.moving = False
+            return
+        self.forget()
+        self._link.client.post({"command": "set_arm_stop"})  # behind all commands that still wait
 
     def _answer(self, followed: bool) -> None:
         """Leave who presses on the head; in vain only once for each time."""

@@ -60,8 +60,8 @@ class ArmDriver:
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self.moves = SentMoves(self.loop, self.planner, self.limits)
         self._scrub = ScrubMotion(self.loop, self.planner, self.limits, settings)
-        self.loop.start()
-        self.link.start(self.loop.connection_lost, self.loop.wake)
+        self.loop.thread.start()
+        self.link.start(self.loop.connection_lost, self.loop.thread.wake)
 
     def approach(
         self,
@@ -191,5 +191,5 @@ class ArmDriver:
         self.stop()
         with self.loop.lock:
             self.loop.lock.wait_for(lambda: not self.loop.guard.moving, 1.0)
-        self.loop.close()
+        self.loop.thread.close()
         self.link.close()

@@ -201,7 +201,7 @@ class Rm65Driver(StageNode):
             self._report(snapshot)
 
     def _report(self, snapshot: Snapshot) -> None:
-        priority = self._driver.loop.priority
+        priority = self._driver.loop.thread.priority
         if priority and not self._told_priority:
             self._told_priority = True
             self.get_logger().info(f"control loop runs at {priority}")

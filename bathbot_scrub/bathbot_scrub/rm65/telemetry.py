@@ -91,7 +91,7 @@ def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
         "reactions": loop.log.reactions.count,
         "reaction_ms_p99": f"{loop.log.reactions.p99() * 1e3:.1f}",
         "reaction_ms_max": f"{loop.log.reactions.longest * 1e3:.1f}",
-        "priority": loop.priority,
+        "priority": loop.thread.priority,
         **{name: said.get(name, "ok") for name in (*(dog.name for dog in WATCHDOGS), UNSTEADY)},
     }
 

@@ -16,6 +16,7 @@ from bathbot_scrub.rm65.vital_signs import Signs
 
 RATED_FORCE, RATED_TORQUE = 200.0, 7.0  # [N], [Nm] of the sensor; the lower of two documents
 _SATURATED = 0.98  # share of it
+_REPEATED = 3  # readings of the force in a row that came before: what comes with them may be old, too
 _CYCLE = 0.005  # [s] of the push
 _FORCE_SENSOR = (0x2003, 0x2004)  # errors of the controller that leave the joints as they are
 
@@ -79,16 +80,21 @@ def _joint_error(signs: Signs, settings: DriverSettings) -> str:
     return in_words((), signs.joint_errors)
 
 
+def _live(signs: Signs, settings: DriverSettings) -> bool:
+    """Whether the joints are measured now: the force that comes with them would repeat itself else."""
+    return signs.age <= settings.brake_after and signs.repeats < _REPEATED
+
+
 def _following(signs: Signs, settings: DriverSettings) -> str:
     late = signs.lag.lasts > settings.following_after * settings.rate
-    if not late or signs.age > settings.brake_after:
+    if not late or not _live(signs, settings):
         return ""
     return f"joint {signs.lag.joint} is {signs.lag.beyond:.3f} rad from where it was told to be"
 
 
 def _not_following(signs: Signs, settings: DriverSettings) -> str:
     lag = signs.lag
-    if lag.told <= settings.still_tolerance or signs.age > settings.brake_after:
+    if lag.told <= settings.still_tolerance or not _live(signs, settings):
         return ""
     return f"joint {lag.still} stands: it was told to go {lag.told:.4f} rad and went {lag.went:.4f} rad"
 
@@ -150,6 +156,7 @@ WATCHDOGS = (
     Watchdog("idle_contact", "skin touched, nothing to do", "leave_after", _LEAVE, _idle_contact),
     Watchdog("queue_starvation", "the queue of segments", "at once", _TELL, _starvation),
 )
+UNHEARD = frozenset({"silence", "unreadable", "tcp_deaf"})  # commands may wait on their way for later
 UNSTEADY = "unsteady"  # the name of waiting on, after an alarm that has passed
 
 
