@@ -36,6 +36,7 @@ from bathbot_bringup.sim.trace import TraceData, load_trace
 
 SCENARIO = "calm"  # sim_rm65's own
 _ATTEMPTS = 4
+_LATER = 0.15  # [s] that every attempt strikes after the one before: a stroke may have been at its turn
 
 Tell = Callable[[TrialResult | dict[str, Any]], None]
 
@@ -79,6 +80,7 @@ class SeedRun:
 
     def _trial(self, case: FaultCase, attempt: int) -> TrialResult:
         plan, graph = plan_trial(case, self._seed), self._open()
+        plan = plan._replace(delay=plan.delay + _LATER * (attempt - 1))
         run = TrialRun(graph, self._place, plan, self._folder)
         try:
             struck = strike_at(case.strike, run, plan)
