@@ -37,6 +37,7 @@ from bathbot_bringup.sim.trace import TraceData, load_trace
 SCENARIO = "calm"  # sim_rm65's own
 _ATTEMPTS = 4
 _LATER = 0.15  # [s] that every attempt strikes after the one before: a stroke may have been at its turn
+_LATELY = 1.0  # [s] within which a brush in contact has touched: it may pass over a hollow
 
 Tell = Callable[[TrialResult | dict[str, Any]], None]
 
@@ -160,7 +161,8 @@ def demand_phase(trace: TraceData, fault: float, phase: Phase, strike: Strike) -
     if not len(trace.stamp[before]):
         raise SpoiltTrialError("the trace begins after the fault")
     speed = float(np.linalg.norm(head_velocity(trace)[before], axis=1).mean())
-    touches = bool((np.linalg.norm(trace.force[before], axis=1) > 0.0).any())
+    lately = slice(*np.searchsorted(trace.stamp, (fault - _LATELY, fault)))
+    touches = bool((np.linalg.norm(trace.force[lately], axis=1) > 0.0).any())
     touching = phase in (Phase.REST, Phase.SCRUB) or isinstance(strike, Nearer)
     if touches is not touching or (speed < STANDS) is not (phase is Phase.REST):
         raise SpoiltTrialError(
