@@ -64,6 +64,16 @@ def test_contact_is_felt_only_on_the_straight_part():
     assert guard.touching
 
 
+def test_a_path_that_begins_as_the_search_comes_to_rest_does_not_blunt_the_guard():
+    """Segments may come before the next reading is judged: the search is over all the same."""
+    guard = guard_in(State.APPROACH, FACE)
+    guard.begin_seeking()
+    assert guard.check(reading((0.0, 0.0, -1.1), stamp=1.0)) is Action.STOP
+    guard.rest()
+    guard.moving = True
+    assert guard.check(reading((0.0, 0.0, -1.8), rise=30.0, stamp=1.1)) is Action.RETRACT
+
+
 @given(force=forces)
 def test_in_contact_the_arm_leaves_exactly_when_a_limit_is_passed(force):
     guard = guard_in(State.CONTACT)

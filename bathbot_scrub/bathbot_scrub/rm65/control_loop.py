@@ -118,7 +118,7 @@ class ControlLoop:
         """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
         self._link.vitals.command(None, time.monotonic())
-        self.guard.moving = False
+        self.guard.rest()
         self.log.pause()
         self.lock.notify_all()
 
@@ -169,7 +169,7 @@ class ControlLoop:
                 self._warn(reason)
                 self.guard.fault(reason)
             self.motion.stand()
-            self.guard.moving = False
+            self.guard.rest()
             self.lock.notify_all()
 
     def _judge(self, beat: Beat) -> None:
@@ -193,7 +193,7 @@ class ControlLoop:
         """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""
         if UNHEARD.isdisjoint(one.name for one in self.alarms) and sensed.reading.age <= _FRESH:
             self.motion.stand_at(sensed.joints)
-            self.guard.moving = False
+            self.guard.rest()
             return
         self.forget()
         self._link.client.post({"command": "set_arm_stop"})  # behind all commands that still wait
@@ -225,7 +225,7 @@ class ControlLoop:
         """A motion has come to rest: at its end, or because it was told to brake."""
         if not self.guard.moving:
             return
-        self.guard.moving = False
+        self.guard.rest()
         if runner.at_end and self.motion.kind in ARRIVALS:
             self.guard.arrived(ARRIVALS[self.motion.kind])
         more = MORE_MAY_COME.get(self.motion.kind) is self.guard.state

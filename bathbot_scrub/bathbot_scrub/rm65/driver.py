@@ -164,7 +164,7 @@ class ArmDriver:
         loop, wrench = self.loop, self.link.wrench
         with loop.lock:
             guard, progress = loop.guard, self._scrub.progress()
-            state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.threshold
+            state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.region.retract
             if state is State.CONTACT and progress.at_end:
                 reason = "path done" if progress.done else self._scrub.refusal or "waits for segments"
         reading = self.link.sense().reading

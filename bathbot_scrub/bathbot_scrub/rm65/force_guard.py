@@ -39,11 +39,6 @@ class ForceGuard:
         self._after_retract = State.FREE
 
     @property
-    def threshold(self) -> float:
-        """Force [N] above which the arm retracts."""
-        return self.region.retract
-
-    @property
     def engaged(self) -> bool:
         """Whether the arm moves, touches, or is about to go on."""
         return bool(self.moving or self.touching or self.waiting)
@@ -135,6 +130,10 @@ class ForceGuard:
             self._enter(State.HOLD, "nothing felt where the skin should be", Cause.NO_CONTACT)
         elif self.state is State.APPROACH:
             self._enter(State.FREE, where)
+
+    def rest(self) -> None:
+        """The motion has come to rest; another may begin before the next reading is judged."""
+        self.moving, self._settled = False, True
 
     def stop(self, reason: str) -> Action:
         """Give up the motion."""
