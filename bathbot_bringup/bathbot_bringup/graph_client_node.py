@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.interruption import forget_interruption, raise_if_interrupted
+from bathbot_bringup.interruption import forget_interruption, held_back, raise_if_interrupted
 from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 
 _TICK = 0.02  # [s]
@@ -69,10 +69,15 @@ class GraphClient:
         while not condition():
             if time.monotonic() > deadline:
                 return False
-            self._executor.spin_once(timeout_sec=_TICK)
+            self._serve()
             self.watch()
             raise_if_interrupted()
         return True
+
+    def _serve(self) -> None:
+        """Serve callbacks for a moment; an interruption inside a message's conversion would be another error."""
+        with held_back():
+            self._executor.spin_once(timeout_sec=_TICK)
 
     def action(self, kind: type, name: str) -> ActionClient:
         """Make a client of an action; it ends with this one."""
@@ -93,7 +98,7 @@ class GraphClient:
         """Ask a lifecycle node whether it is active; false while it does not answer."""
         client = self.service(GetState, f"{name}/get_state")
         if not client.service_is_ready():
-            self._executor.spin_once(timeout_sec=_TICK)
+            self._serve()
             return False
         future = client.call_async(GetState.Request())
         answered = self.spin_until(future.done, 2.0)

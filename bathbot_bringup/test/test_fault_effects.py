@@ -209,6 +209,7 @@ def back(bench):
     goal = [round(1000 * q) for q in READY_DEG]
     bench.demand({"command": "movej", "v": 100, "joint": goal}, "receive_state")
     until(lambda: np.abs(bench.emulator.truth().joints - READY).max() < 1e-3)
+    until(lambda: bench.samples[-1].status == "idle")  # a planned move that still runs keeps streams out
 
 
 @pytest.mark.parametrize(
