@@ -75,7 +75,7 @@ class GraphClient:
         return True
 
     def _serve(self) -> None:
-        """Serve callbacks for a moment; an interruption inside a message's conversion would be another error."""
+        """Serve callbacks; an interruption inside the conversion of a message would end as another error."""
         with held_back():
             self._executor.spin_once(timeout_sec=_TICK)
 
