@@ -69,6 +69,17 @@ def test_a_way_that_was_ready_is_shortened_too():
     assert distance_left(out.path(TOUCH + 0.002)) <= 0.8 * RETRACT.distance
 
 
+def test_whoever_comes_behind_the_arm_while_it_rests_is_seen():
+    now = 100.0
+    around = Surroundings(ARM, DriverSettings(), lambda: now)
+    out = WayOut(Planner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around), RETRACT, lambda: now)
+    out.prepare(TOUCH)
+    around.see(beside_the_elbow(out.path(TOUCH).joints[-1]), now)
+    now += 1.1
+    out.prepare(TOUCH)
+    assert distance_left(out.path(TOUCH)) <= 0.8 * RETRACT.distance
+
+
 @given(turn=st.floats(-3.0, 3.0), speed=st.floats(0.01, 0.1), until=st.integers(5, 100))
 @settings(max_examples=40, deadline=None)
 def test_no_joint_is_told_to_stop_harder_than_it_can(turn, speed, until):

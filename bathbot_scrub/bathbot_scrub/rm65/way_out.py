@@ -6,6 +6,8 @@ line that is ready, shifted to where it is. It ends before anything the camera s
 a hand - but takes the head off the skin in any case.
 """
 
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,6 +24,7 @@ Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
 _SHARES = (1.0, 0.75, 0.5)  # of the way, tried one after the other until nothing is met
 _AGAIN, _FARTHEST = 0.01, 0.05  # [rad] from where a line was planned: plan anew; do not use it
+_OLDEST = 1.0  # [s]: the camera tells as often what is behind the arm
 _DECELERATION = 1.0  # [m/s^2] at the end of the way, where haste is over
 _ARRIVAL = 0.05  # [m/s] from which any brake is gentle
 
@@ -44,10 +47,13 @@ class Retract(NamedTuple):
 class WayOut:
     """Keeps one line ready."""
 
-    def __init__(self, planner: Planner, retract: Retract) -> None:
-        """Plan with `planner`, as `retract` says."""
-        self._planner, self._retract = planner, retract
+    def __init__(
+        self, planner: Planner, retract: Retract, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Plan with `planner`, as `retract` says; `clock` gives the time now [s]."""
+        self._planner, self._retract, self._clock = planner, retract, clock
         self._ready: JointPath | None = None
+        self._planned = -np.inf  # [s]
 
     @property
     def pace(self) -> Pace:
@@ -55,8 +61,10 @@ class WayOut:
         return self._retract.pace
 
     def prepare(self, joints: Array) -> None:
-        """Plan the way from joints [rad], shape (6,), unless one from nearby is ready."""
-        if self._ready is None or np.abs(joints - self._ready.joints[0]).max() > _AGAIN:
+        """Plan the way from joints [rad], shape (6,), unless one from nearby was planned a moment ago."""
+        now, ready = self._clock(), self._ready
+        if ready is None or now - self._planned > _OLDEST or np.abs(joints - ready.joints[0]).max() > _AGAIN:
+            self._planned = now
             try:
                 self._ready = self._plan(joints)
             except UnreachableError:
