@@ -98,7 +98,7 @@ class SurfaceMap:
             return Sight(int(both.sum()), 0.0)
         step = float(np.median((seen.height - self._height)[both]))
         self.shift += step
-        self.moved = self.stamp
+        self.moved = max(self.moved, self.stamp)
         self._levels.add(stamp, self.shift)
         self._height = self._height + step
         self._fuse(seen, both)

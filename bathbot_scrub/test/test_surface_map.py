@@ -96,6 +96,14 @@ def test_the_time_of_the_approach_does_not_lose_the_target():
         skin.demand_in_sight(20.0 + SETTINGS.lost_after + 0.1)
 
 
+def test_a_surface_that_comes_late_takes_no_time_away():
+    """On a busy machine the first surfaces of a job were pictured before it began."""
+    skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
+    skin.watch_from(20.0)
+    assert skin.see(plane(out=0.001), 18.5).cells > 0
+    skin.demand_in_sight(20.0 + SETTINGS.lost_after - 0.1)
+
+
 def test_a_recalled_surface_counts_as_seen():
     skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
     skin.recall(plane(out=0.001), 20.0)
