@@ -50,3 +50,24 @@ def arm(
     from bathbot_bringup.bench_arm import ArmBench, bench_arm
 
     bench_arm(ArmBench(seconds), json_file)
+
+
+@app.command("detector")
+def detector(
+    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    rounds: int = typer.Option(150, help="Pictures per model."),
+    threads: int = typer.Option(2, min=1, help="CPU threads of the network."),
+    size: int = typer.Option(0, help="Longer side of the input [px]; 0: as the models say."),
+) -> None:
+    """Time the skin detector in float32 and INT8, with and without the node's own work.
+
+    A simulated person as the camera sends it, 848x480: message in, message out, and ONNX Runtime alone on
+    the same picture, in turns.
+
+    \b
+      bathbot bench detector --json detector.json
+      bathbot bench detector --threads 1
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.bench_detector import DetectorBench, bench_detector
+
+    bench_detector(DetectorBench(rounds, threads, size), json_file)

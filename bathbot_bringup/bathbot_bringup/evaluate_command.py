@@ -21,19 +21,30 @@ def detector(
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
     split: str = typer.Option("all", help="Which pictures: all, checked, train, val or test."),
     curves: Path = typer.Option(None, help="Draw precision over recall to this PNG file."),
+    conditions: str = typer.Option(
+        "all", help="Steam, dark, bright, occlusion ...: all, none, or names with commas between."
+    ),
 ) -> None:
-    """Compare the detector with labelled pictures: average precision per class, and milliseconds.
+    """Compare the detector with labelled pictures: average precision per class, and under bad conditions.
+
+    Every condition - steam, dark, bright, occlusion, blur, motion_blur, wet_highlights, drops - at three
+    strengths, and the pictures in thirds by skin tone.
 
     \b
       bathbot evaluate detector my_photos --json detector.json
-      bathbot evaluate detector my_photos --split test --model skin.onnx
+      bathbot evaluate detector my_photos --split test --model skin.onnx --conditions none
     """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_perception.conditions import CONDITIONS
     from bathbot_perception.evaluate import evaluate
 
-    from bathbot_bringup.detector_table import print_detector
+    from bathbot_bringup.detector_table import counting, print_detector
     from bathbot_bringup.result_file import write_json
 
-    result = evaluate(dataset, model or None, split=split, curves=curves)
+    wanted = {"all": tuple(CONDITIONS), "none": ()}.get(conditions, tuple(conditions.split(",")))
+    with counting() as progress:
+        result = evaluate(
+            dataset, model or None, split=split, curves=curves, conditions=wanted, progress=progress
+        )
     print_detector(result)
     if json_file:
         write_json(json_file, result)

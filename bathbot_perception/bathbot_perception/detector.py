@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import ModelError, PictureError
-from bathbot_perception.letterbox import STRIDE, fit_input, letterbox
+from bathbot_perception.letterbox import STRIDE, Letterbox, fit_input, letterbox
 from bathbot_perception.predictions import regions_from_predictions
 from bathbot_perception.regions import Region
 from bathbot_perception.skin_detector_settings import PROVIDERS, SkinDetectorSettings
 
-DEFAULT_MODEL = Path(__file__).parent / "models" / "skin.onnx"
+MODELS = Path(__file__).parent / "models"
+DEFAULT_MODEL = MODELS / "skin.onnx"
 TASK = "skin-regions"
 
 
@@ -36,6 +37,15 @@ class Detector:
         """Hold a session whose input was checked."""
         self._session, self._entry, self._settings = session, entry, settings
         self.provider: str = session.get_providers()[0]
+
+    @property
+    def bare(self) -> tuple[onnxruntime.InferenceSession, str]:
+        """The runtime's session and the name of its input, to time them alone."""
+        return self._session, self._entry.name
+
+    def fit(self, shape: tuple[int, int]) -> Letterbox:
+        """Where a picture of a height and width [px] goes in the network's input."""
+        return fit_input(shape, self._entry.size, self._entry.fixed)
 
     @property
     def size(self) -> int:
@@ -59,7 +69,7 @@ class Detector:
                 f"the detector takes uint8 pictures of shape (H, W, 3), got {rgb.dtype} {rgb.shape}"
             )
         shape = rgb.shape[0], rgb.shape[1]
-        fit = fit_input(shape, self._entry.size, self._entry.fixed)
+        fit = self.fit(shape)
         raw = self._session.run(None, {self._entry.name: letterbox(rgb, fit)})[0][0]
         ours = self._settings
         return regions_from_predictions(
@@ -79,10 +89,22 @@ def load(path: Path | str | None = None, settings: SkinDetectorSettings | None =
             that is not there or did not take the model.
     """
     settings = settings or SkinDetectorSettings()
-    file = Path(path or settings.model or DEFAULT_MODEL)
+    file = model_file(str(path or settings.model))
     session = open_session(file, settings)
     check_classes(file, session.get_modelmeta().custom_metadata_map)
     return Detector(session, check_shapes(file, session, settings.size), settings)
+
+
+def model_file(name: str) -> Path:
+    """The file that is meant: the default for an empty name, one of ours for its bare name, or a path."""
+    shipped = MODELS / name
+    return (
+        DEFAULT_MODEL
+        if not name
+        else shipped
+        if Path(name).name == name and shipped.is_file()
+        else Path(name)
+    )
 
 
 def open_session(file: Path, settings: SkinDetectorSettings) -> onnxruntime.InferenceSession:

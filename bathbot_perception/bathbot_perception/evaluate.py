@@ -1,9 +1,11 @@
 """How well a model finds the boxes of a data set: numbers for a report and curves for a picture."""
 
+import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,10 +18,13 @@ from bathbot_perception.average_precision import (
     precision_recall,
 )
 from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.conditions import CONDITIONS, STRENGTHS, disturbed
+from bathbot_perception.confusion import confusion
 from bathbot_perception.detector import Detector, load
 from bathbot_perception.errors import SettingsError
 from bathbot_perception.pictures import read_picture
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
+from bathbot_perception.skin_tone import THIRDS, thirds, typology_angle
 from bathbot_perception.splits import split_samples
 from bathbot_perception.voc import Sample, list_samples, read_annotation, read_checked
 
@@ -28,50 +33,81 @@ LEAST_SCORE = 0.01
 SPLITS = ("all", "checked", "train", "val", "test")
 
 
+class Examined(NamedTuple):
+    """What a model made of a data set."""
+
+    results: list[PictureResult]
+    durations: list[float]  # [s] of each picture
+    angles: list[float]  # [deg] ITA of each, see `skin_tone`
+
+
 def evaluate(
     dataset: Path,
     model: Path | str | None = None,
     settings: SkinDetectorSettings | None = None,
     split: str = "all",
     curves: Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    conditions: Sequence[str] = tuple(CONDITIONS),
+    progress: Callable[[int, int], None] = lambda done, count: None,
 ) -> dict[str, object]:
-    """Run a model over a PASCAL VOC data set.
+    """Run a model over a PASCAL VOC data set, as it is and disturbed.
 
     Args:
         dataset: Folder with `images/` and `annotations/`.
         model: ONNX file; without it the one of the settings or of the package.
-        settings: Provider, threads, size and overlap limit; score and count limits do not apply.
+        settings: Provider, threads, size and overlap limit; the score limit applies to the confusion only.
         split: Which pictures: one of `SPLITS`; see `splits.split_samples`.
         curves: PNG file to draw the precision-recall curves to.
-        progress: Called with (pictures done, pictures in all).
+        conditions: Keys of `conditions.CONDITIONS` to try; none to leave them out.
+        progress: Called with (pictures looked at, in all).
 
     Returns:
-        `map50`, `map50_95`, `ap50` per class (None where a class does not occur), `images`,
-        `boxes` per class, `ms_per_image_p50`, `size_px`, `provider`, `model`.
+        `map50`, `map50_95`, `ap50` per class (None where a class does not occur), `images`, `boxes` per
+        class, `confusion` (rows true, columns found, background last), `conditions` {name: {strength:
+        mAP50}}, with the thirds of `skin_tone` among them, `ita_deg` between these thirds,
+        `ms_per_image_p50`, `size_px`, `provider`, `model`.
 
     Raises:
-        PerceptionError: On an unusable data set, picture or model.
+        PerceptionError: On an unusable data set, picture or model, or an unknown condition.
     """
-    samples = choose_samples(dataset, split)
-    settings = replace(settings or SkinDetectorSettings(), score_threshold=LEAST_SCORE, most_regions=100)
-    detector = load(model, settings)
-    results, durations = [], []
-    for done, sample in enumerate(samples, start=1):
-        result, duration = examine(detector, sample)
-        results.append(result)
-        durations.append(duration)
-        if progress is not None:
-            progress(done, len(samples))
+    if unknown := [name for name in conditions if name not in CONDITIONS]:
+        raise SettingsError(f"unknown condition {unknown[0]!r}; known are {', '.join(CONDITIONS)}")
+    samples, settings = choose_samples(dataset, split), settings or SkinDetectorSettings()
+    detector = load(model, replace(settings, score_threshold=LEAST_SCORE, most_regions=100))
+    count = len(samples) * (1 + len(conditions) * len(STRENGTHS))
+    done = itertools.count(1)
+
+    def tell() -> None:
+        progress(next(done), count)
+
+    clean = examine(detector, samples, tell)
     if curves is not None:
-        draw_curves(results, curves)
+        draw_curves(clean.results, curves)
+    tables = {
+        name: {
+            strength: _map50(examine_under(detector, samples, name, strength, tell)) for strength in STRENGTHS
+        }
+        for name in conditions
+    }
+    groups = thirds(clean.angles)
+    if conditions:
+        tables["skin_tone"] = {
+            third: _map50([r for r, mine in zip(clean.results, groups, strict=True) if mine == third])
+            for third in THIRDS
+        }
+    known = [angle for angle in clean.angles if np.isfinite(angle)]
     return {
-        "map50": _number(mean_average_precision(results, SKIN_CLASSES)),
-        "map50_95": _number(mean_average_precision(results, SKIN_CLASSES, THRESHOLDS)),
-        "ap50": {name: _number(average_precision(precision_recall(results, name))) for name in SKIN_CLASSES},
-        "images": len(results),
-        "boxes": {name: precision_recall(results, name).truths for name in SKIN_CLASSES},
-        "ms_per_image_p50": round(1e3 * float(np.median(durations)), 2),
+        "map50": _map50(clean.results),
+        "map50_95": _number(mean_average_precision(clean.results, SKIN_CLASSES, THRESHOLDS)),
+        "ap50": {
+            name: _number(average_precision(precision_recall(clean.results, name))) for name in SKIN_CLASSES
+        },
+        "images": len(clean.results),
+        "boxes": {name: precision_recall(clean.results, name).truths for name in SKIN_CLASSES},
+        "confusion": confusion(clean.results, settings.score_threshold).tolist(),
+        "conditions": tables,
+        "ita_deg": [round(float(v), 1) for v in np.quantile(known, [1 / 3, 2 / 3])] if known else [],
+        "ms_per_image_p50": round(1e3 * float(np.median(clean.durations)), 2),
         "size_px": detector.size,
         "provider": detector.provider,
         "model": Path(model or settings.model or "skin.onnx").name,
@@ -98,16 +134,35 @@ def choose_samples(dataset: Path, split: str) -> list[Sample]:
     return samples
 
 
-def examine(detector: Detector, sample: Sample) -> tuple[PictureResult, float]:
-    """Truth and detections of one picture, and how long detection took [s]."""
-    truths = read_annotation(sample.annotation).regions
-    rgb = read_picture(sample.picture).rgb
-    begun = time.perf_counter()
-    detections = detector.detect(rgb)
-    return PictureResult(truths, detections), time.perf_counter() - begun
+def examine(detector: Detector, samples: Sequence[Sample], tell: Callable[[], None]) -> Examined:
+    """Truth, detections, time and skin tone of every picture; `tell` is called after each."""
+    examined = Examined([], [], [])
+    for sample in samples:
+        truths, rgb = read_annotation(sample.annotation).regions, read_picture(sample.picture).rgb
+        begun = time.perf_counter()
+        detections = detector.detect(rgb)
+        examined.durations.append(time.perf_counter() - begun)
+        examined.results.append(PictureResult(truths, detections))
+        examined.angles.append(typology_angle(rgb, truths))
+        tell()
+    return examined
 
 
-def draw_curves(results: list[PictureResult], path: Path) -> None:
+def examine_under(
+    detector: Detector, samples: Sequence[Sample], condition: str, strength: str, tell: Callable[[], None]
+) -> list[PictureResult]:
+    """Truth and detections of every picture under a condition of `conditions.CONDITIONS`."""
+    results = []
+    for sample in samples:
+        truths, rgb = read_annotation(sample.annotation).regions, read_picture(sample.picture).rgb
+        boxes = np.array([region.box for region in truths]).reshape(-1, 4)
+        picture = disturbed(rgb, boxes, condition, strength, sample.picture.stem)
+        results.append(PictureResult(truths, detector.detect(picture)))
+        tell()
+    return results
+
+
+def draw_curves(results: Sequence[PictureResult], path: Path) -> None:
     """Precision over recall of every class, at an overlap of 0.5."""
     figure = Figure(figsize=(6.0, 5.0), layout="constrained")
     axes = figure.add_subplot(xlabel="recall", ylabel="precision", xlim=(0, 1), ylim=(0, 1.02))
@@ -120,6 +175,10 @@ def draw_curves(results: list[PictureResult], path: Path) -> None:
     axes.grid(alpha=0.3)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120)
+
+
+def _map50(results: Sequence[PictureResult]) -> float | None:
+    return _number(mean_average_precision(results, SKIN_CLASSES))
 
 
 def _number(value: float) -> float | None:

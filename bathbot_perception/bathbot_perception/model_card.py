@@ -70,7 +70,7 @@ def measure(data: dict[str, tuple[Path, str]], model: Path, curves: Path | None)
     reports = {}
     for title, (folder, split) in data.items():
         picture = curves / f"pr_{title.replace(' ', '_').replace(',', '')}.png" if curves else None
-        reports[title] = evaluate(folder, model, split=split, curves=picture)
+        reports[title] = evaluate(folder, model, split=split, curves=picture, conditions=())
     size = f"File: {model.name}, {model.stat().st_size / 1e6:.2f} MB."
     return "\n\n".join([accuracy_table(reports), timing_table(model), size])
 

@@ -12,8 +12,10 @@ from vision_msgs.msg import Detection2DArray, LabelInfo
 
 from bathbot_perception.detector import load
 from bathbot_perception.errors import PerceptionError
-from bathbot_perception.messages import colour_from_image, detections_from_regions, label_info
+from bathbot_perception.image_detection import ImageDetection
+from bathbot_perception.messages import label_info
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
+from bathbot_perception.smoothing import Smoothing
 from bathbot_perception.throughput import Throughput
 
 COLOUR_TOPIC = "camera/camera/color/image_raw"
@@ -29,6 +31,7 @@ class SkinDetector(StageNode):
     def setup(self, settings: SkinDetectorSettings) -> None:
         """Load the model."""
         self._detector = load(settings=settings)
+        self._settings = settings
         self._regions = self.create_publisher(Detection2DArray, "skin_regions", 5)
         self._labels = self.create_publisher(LabelInfo, "skin_regions/label_info", LATCHED)
         stamp = self.get_clock().now().to_msg()
@@ -38,6 +41,7 @@ class SkinDetector(StageNode):
     def start(self) -> None:
         """Listen to the camera."""
         self._throughput = Throughput(time.monotonic())
+        self._detection = ImageDetection(self._detector, Smoothing(self._settings.smoothing))
         self._worker = NewestWorker(self._detect, self._fail)
         self._images = self.create_subscription(
             Image, COLOUR_TOPIC, self._worker.put, qos_profile_sensor_data
@@ -58,11 +62,11 @@ class SkinDetector(StageNode):
 
     def _detect(self, image: Image) -> None:
         begun = time.monotonic()
-        regions = self._detector.detect(colour_from_image(image))
-        self._regions.publish(detections_from_regions(regions, image.header))
+        found = self._detection.detect(image)
+        self._regions.publish(found)
         ended = time.monotonic()
         latency = (self.get_clock().now() - Time.from_msg(image.header.stamp)).nanoseconds * 1e-9
-        self._throughput.add(ended, ended - begun, latency, len(regions))
+        self._throughput.add(ended, ended - begun, latency, len(found.detections))
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, PerceptionError):

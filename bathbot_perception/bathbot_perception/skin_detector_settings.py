@@ -21,7 +21,7 @@ def _setting(default: object, meaning: str) -> object:
 class SkinDetectorSettings:
     """Parameters of the detector and of its node."""
 
-    model: str = _setting("", "ONNX file; empty: the model that comes with the package")
+    model: str = _setting("", "ONNX file, or skin.onnx or skin_int8.onnx of the package; empty: the first")
     provider: str = _setting(
         "cpu", "where the network runs: cpu, cuda or tensorrt; never another than asked for"
     )
@@ -32,6 +32,9 @@ class SkinDetectorSettings:
         0.5, "of two boxes of a class that overlap more (IoU), the better stays, 0..1"
     )
     most_regions: int = _setting(30, "regions per picture at most, the best ones")
+    smoothing: float = _setting(
+        0.0, "share of a region's last box that stays in the next picture, 0..1; 0: none"
+    )
 
     def __post_init__(self) -> None:
         """Refuse what no detector can work with."""
@@ -43,9 +46,13 @@ class SkinDetectorSettings:
             raise SettingsError(
                 f"size must be a multiple of {STRIDE} px or 0 for the model's own, got {self.size}"
             )
-        for name in ("score_threshold", "overlap_limit"):
+        for name in ("score_threshold", "overlap_limit", "smoothing"):
             value = getattr(self, name)
             if not 0.0 <= value <= 1.0:
                 raise SettingsError(f"{name} must lie in 0..1, got {value}")
+        if self.smoothing > 0.95:
+            raise SettingsError(
+                f"smoothing must be 0.95 or less, or boxes never arrive; got {self.smoothing}"
+            )
         if self.most_regions < 1:
             raise SettingsError(f"most_regions must be at least 1, got {self.most_regions}")

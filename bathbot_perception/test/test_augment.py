@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from bathbot_perception.training import augment
@@ -12,6 +13,8 @@ from bathbot_perception.training.augment_geometry import (
     move_boxes,
     place,
     random_placement,
+    random_tilt,
+    tilt,
 )
 from hypothesis import given
 from hypothesis import strategies as st
@@ -90,6 +93,23 @@ def test_a_turned_box_holds_its_inscribed_ellipse(angle):
 def test_the_drawn_square_is_where_its_box_says():
     placed = place(square(), (120, 160), np.array([[1.5, 0.0, 20.0], [0.0, 1.5, 10.0]]))
     assert placed.boxes[0] == pytest.approx(white_box(placed.picture), abs=1.0)
+
+
+def test_a_picture_that_is_not_tilted_stays_and_a_shrunk_one_takes_its_box_along():
+    corners = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 60.0], [0.0, 60.0]])
+    assert_allclose(tilt(square(), corners).boxes, square().boxes, atol=1e-3)
+    shrunk = tilt(square(), 0.5 * corners)
+    assert_allclose(shrunk.boxes, 0.5 * square().boxes, atol=1e-3)
+    assert shrunk.boxes[0] == pytest.approx(white_box(shrunk.picture[:30, :40]), abs=1.0)
+
+
+@given(st.integers(0, 1000))
+def test_a_tilted_disc_lies_in_its_box(seed):
+    picture = np.zeros((60, 80, 3), np.uint8)
+    cv2.ellipse(picture, (40, 30), (18, 12), 0, 0, 360, (255, 255, 255), -1)
+    disc = Example(picture, np.array([[22.0, 18.0, 58.0, 42.0]]), np.array([1]))
+    tilted = random_tilt(disc, 0.2, np.random.default_rng(seed))
+    assert tilted.boxes[0] == pytest.approx(white_box(tilted.picture), abs=2.5)
 
 
 def test_boxes_that_are_cut_off_are_dropped():

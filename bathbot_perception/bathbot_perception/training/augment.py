@@ -9,14 +9,9 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8]
-Random = np.random.Generator
-
-
-def _bytes(values: NDArray[np.floating]) -> Picture:
-    return np.clip(values, 0, 255).astype(np.uint8)
+from bathbot_perception import effects
+from bathbot_perception.effects import Picture, Random, clipped
 
 
 def hsv(picture: Picture, random: Random) -> Picture:
@@ -24,33 +19,33 @@ def hsv(picture: Picture, random: Random) -> Picture:
     hue, saturation, value = cv2.split(cv2.cvtColor(picture, cv2.COLOR_RGB2HSV))
     ramp = np.arange(256, dtype=np.float32)
     hue = cv2.LUT(hue, ((ramp + random.uniform(-6, 6)) % 180).astype(np.uint8))
-    saturation = cv2.LUT(saturation, _bytes(ramp * random.uniform(0.55, 1.5)))
-    value = cv2.LUT(value, _bytes(ramp * random.uniform(0.55, 1.4)))
+    saturation = cv2.LUT(saturation, clipped(ramp * random.uniform(0.55, 1.5)))
+    value = cv2.LUT(value, clipped(ramp * random.uniform(0.55, 1.4)))
     return cv2.cvtColor(cv2.merge([hue, saturation, value]), cv2.COLOR_HSV2RGB)
 
 
 def brightness(picture: Picture, random: Random) -> Picture:
     """Random brightness: a gamma curve and a shift."""
     ramp = np.linspace(0, 1, 256) ** np.exp(random.uniform(-0.7, 0.7)) * 255 + random.uniform(-20, 20)
-    return cv2.LUT(picture, _bytes(ramp))
+    return cv2.LUT(picture, clipped(ramp))
 
 
 def contrast(picture: Picture, random: Random) -> Picture:
     """Random contrast about the mean."""
     mean = float(picture.mean())
-    return cv2.LUT(picture, _bytes((np.arange(256) - mean) * random.uniform(0.5, 1.5) + mean))
+    return cv2.LUT(picture, clipped((np.arange(256) - mean) * random.uniform(0.5, 1.5) + mean))
 
 
 def white_balance(picture: Picture, random: Random) -> Picture:
     """The colour of the light: a gain for every channel."""
     gains = np.exp(random.uniform(-0.15, 0.15, 3))
-    return cv2.LUT(picture, _bytes(np.arange(256)[:, None, None] * gains).reshape(256, 1, 3))
+    return cv2.LUT(picture, clipped(np.arange(256)[:, None, None] * gains).reshape(256, 1, 3))
 
 
 def gaussian_noise(picture: Picture, random: Random) -> Picture:
     """Gaussian noise, a few grey levels."""
     noise = random.standard_normal(picture.shape, dtype=np.float32) * random.uniform(2, 14)
-    return _bytes(picture + noise)
+    return clipped(picture + noise)
 
 
 def salt_and_pepper(picture: Picture, random: Random) -> Picture:
@@ -80,18 +75,12 @@ def pixel_zeroing(picture: Picture, random: Random) -> Picture:
 
 def gaussian_blur(picture: Picture, random: Random) -> Picture:
     """Gaussian blur, an unsharp lens."""
-    return cv2.GaussianBlur(picture, (0, 0), random.uniform(0.4, 1.8))
+    return effects.unsharp(picture, random.uniform(0.4, 1.8))
 
 
 def motion_blur(picture: Picture, random: Random) -> Picture:
     """Motion blur along a random direction."""
-    length = int(random.integers(3, 10))
-    kernel = np.zeros((length, length), np.float32)
-    angle = random.uniform(0, np.pi)
-    reach = np.array([np.cos(angle), np.sin(angle)]) * (length - 1) / 2
-    ends = np.round(np.array([-reach, reach]) + (length - 1) / 2).astype(int)
-    cv2.line(kernel, tuple(map(int, ends[0])), tuple(map(int, ends[1])), 1.0)
-    return cv2.filter2D(picture, -1, kernel / kernel.sum())
+    return effects.smear(picture, int(random.integers(3, 10)), random.uniform(0, np.pi))
 
 
 def adaptive_histogram_equalisation(picture: Picture, random: Random) -> Picture:
@@ -142,30 +131,18 @@ def occlusion(picture: Picture, random: Random) -> Picture:
 
 def steam(picture: Picture, random: Random) -> Picture:
     """Steam: a smooth cloud of light grey over the picture, and less contrast."""
-    height, width = picture.shape[:2]
-    grid = random.random((int(random.integers(2, 6)), int(random.integers(2, 6)))).astype(np.float32)
-    cloud = cv2.resize(grid, (width, height), interpolation=cv2.INTER_CUBIC)
-    veil = np.clip(random.uniform(0.0, 0.35) + cloud * random.uniform(0.1, 0.5), 0, 0.8)[..., None]
-    return _bytes(picture * (1 - veil) + random.uniform(170, 245) * veil)
+    density, unevenness = random.uniform(0.0, 0.35), random.uniform(0.1, 0.5)
+    return effects.veil(picture, density, unevenness, random.uniform(170, 245), random)
 
 
 def droplets(picture: Picture, random: Random) -> Picture:
     """Drops on the lens: small discs that show a blurred picture, lit at the upper edge."""
-    blurred = cv2.GaussianBlur(picture, (0, 0), 6)
-    mask = np.zeros(picture.shape[:2], np.float32)
-    for _ in range(int(random.integers(4, 25))):
-        centre = (int(random.integers(0, picture.shape[1])), int(random.integers(0, picture.shape[0])))
-        cv2.circle(mask, centre, int(random.integers(2, 12)), 1.0, -1, cv2.LINE_AA)
-    light = np.clip(cv2.Sobel(cv2.GaussianBlur(mask, (0, 0), 1.5), cv2.CV_32F, 0, 1), 0, 1)
-    return _bytes(picture * (1 - mask[..., None]) + blurred * mask[..., None] + 40 * light[..., None])
+    return effects.drops(picture, int(random.integers(4, 25)), 12, random)
 
 
 def wet_highlights(picture: Picture, random: Random) -> Picture:
     """Wet skin and tiles: small glints where the picture is already light."""
-    seeds = (random.random(picture.shape[:2], dtype=np.float32) < 0.01).astype(np.float32)
-    glints = cv2.GaussianBlur(seeds, (0, 0), random.uniform(0.8, 2.0))
-    glints *= random.uniform(60, 200) / max(float(glints.max()), 1e-6)
-    return _bytes(picture + (glints * (picture.max(axis=2) / 255.0) ** 2)[..., None])
+    return effects.glints(picture, 0.01, random.uniform(0.8, 2.0), random.uniform(60, 200), random)
 
 
 def cast_shadow(picture: Picture, random: Random) -> Picture:
@@ -177,7 +154,7 @@ def cast_shadow(picture: Picture, random: Random) -> Picture:
         rows - random.uniform(0, height)
     ) * np.sin(angle)
     shade = 1 - random.uniform(0.2, 0.6) / (1 + np.exp(-np.clip(distance / random.uniform(3, 30), -30, 30)))
-    return _bytes(picture * shade[..., None])
+    return clipped(picture * shade[..., None])
 
 
 PHOTOMETRIC: tuple[tuple[Callable[[Picture, Random], Picture], float], ...] = (

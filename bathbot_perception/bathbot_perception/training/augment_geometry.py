@@ -31,6 +31,10 @@ class GeometryRanges(NamedTuple):
     rotation_deg: float = 8.0
     shear_deg: float = 3.0
     translate: float = 0.15
+    perspective: float = 0.08
+    """Share of width and height by which a corner may move inwards."""
+    tilted: float = 0.15
+    """Chance of a perspective transformation."""
     flip_sideways: float = 0.5
     flip_upside_down: float = 0.02
 
@@ -123,6 +127,37 @@ def place(example: Example, canvas: tuple[int, int], affine: Array) -> Example:
     return keep_visible(Example(picture, move_boxes(example.boxes, affine), example.classes))
 
 
+def tilt(example: Example, corners: Array) -> Example:
+    """Perspective transformation: the picture as seen askew.
+
+    Args:
+        example: What to transform; the picture keeps its size.
+        corners: Where upper left, upper right, lower right and lower left come to [px], shape (4, 2).
+    """
+    height, width = example.picture.shape[:2]
+    begin = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32)
+    homography = cv2.getPerspectiveTransform(begin, corners.astype(np.float32))
+    picture = cv2.warpPerspective(example.picture, homography, (width, height), borderValue=GREY)
+    around = np.linspace(0.0, 2.0 * np.pi, 33)
+    circle = np.stack([np.cos(around), np.sin(around)], axis=1)
+    centre = (example.boxes[:, :2] + example.boxes[:, 2:]) / 2
+    half = (example.boxes[:, 2:] - example.boxes[:, :2]) / 2
+    ellipses = (centre[:, None] + half[:, None] * circle).reshape(-1, 1, 2)
+    if len(ellipses):
+        ellipses = cv2.perspectiveTransform(ellipses, homography)
+    ellipses = ellipses.reshape(-1, len(circle), 2)
+    boxes = np.concatenate([ellipses.min(axis=1), ellipses.max(axis=1)], axis=1)
+    return keep_visible(Example(picture, boxes, example.classes))
+
+
+def random_tilt(example: Example, most: float, random: np.random.Generator) -> Example:
+    """Move every corner inwards by up to a share `most` of width and height."""
+    height, width = example.picture.shape[:2]
+    inwards = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * random.uniform(0.0, most, (4, 2))
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + inwards
+    return tilt(example, corners * [width, height])
+
+
 def random_placement(
     example: Example,
     canvas: tuple[int, int],
@@ -130,11 +165,13 @@ def random_placement(
     ranges: GeometryRanges,
     random: np.random.Generator,
 ) -> Example:
-    """Flip, scale, stretch, rotate, shear and move one example at random."""
+    """Flip, tilt, scale, stretch, rotate, shear, move, and so crop and pad one example at random."""
     if random.random() < ranges.flip_sideways:
         example = flip(example, sideways=True)
     if random.random() < ranges.flip_upside_down:
         example = flip(example, sideways=False)
+    if random.random() < ranges.tilted:
+        example = random_tilt(example, ranges.perspective, random)
     return place(example, canvas, placement(example.picture.shape[:2], canvas, base, ranges, random))
 
 

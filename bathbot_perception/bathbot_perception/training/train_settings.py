@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from bathbot_perception.errors import SettingsError
 
+OPTIMISERS = ("adamw", "sgd")
+
 
 @dataclass(frozen=True, slots=True)
 class TrainSettings:
@@ -15,6 +17,8 @@ class TrainSettings:
     long_side: int = 416
     """Longer side of whole pictures in training [px]."""
     batch: int = 8
+    optimiser: str = "adamw"
+    """adamw, or sgd as in the paper: there with rate 0.001 and decay 0.01."""
     rate: float = 1.2e-3
     """Learning rate after warm-up."""
     rate_end: float = 0.03
@@ -38,6 +42,8 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained with."""
+        if self.optimiser not in OPTIMISERS:
+            raise SettingsError(f"optimiser must be {' or '.join(OPTIMISERS)}, got {self.optimiser!r}")
         if self.long_side % 32:
             raise SettingsError(f"long_side must be a multiple of 32 px, got {self.long_side}")
         if not (self.minutes > 0 and self.batch > 0 and self.rate > 0):

@@ -1,0 +1,25 @@
+"""From a camera's message to detections: all that the node does with a picture but hearing and publishing."""
+
+from sensor_msgs.msg import Image
+from vision_msgs.msg import Detection2DArray
+
+from bathbot_perception.detector import Detector
+from bathbot_perception.messages import colour_from_image, detections_from_regions
+from bathbot_perception.smoothing import Smoothing
+
+
+class ImageDetection:
+    """A detector with its memory of the last picture."""
+
+    def __init__(self, detector: Detector, smoothing: Smoothing) -> None:
+        """Begin without a last picture."""
+        self._detector, self._smoothing = detector, smoothing
+
+    def detect(self, image: Image) -> Detection2DArray:
+        """Regions of bare skin, with the header of the image, untouched.
+
+        Raises:
+            PictureError: On another encoding, or when the data do not fill the picture.
+        """
+        regions = self._smoothing.update(self._detector.detect(colour_from_image(image)))
+        return detections_from_regions(regions, image.header)

@@ -1,0 +1,94 @@
+"""A training run: its beginning, one step, and how good it is now."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.training.anchors import cluster_anchors
+from bathbot_perception.training.augment_geometry import Example
+from bathbot_perception.training.batches import Batch
+from bathbot_perception.training.checkpoint import Average, Run, read_state, restore_run, save_run
+from bathbot_perception.training.dataset import Source
+from bathbot_perception.training.network import Yolov5s
+from bathbot_perception.training.parallel import Losses, ParallelGradient
+from bathbot_perception.training.row_log import RowLog
+from bathbot_perception.training.train_settings import TrainSettings
+from bathbot_perception.training.validate import score_network
+
+
+def make_optimiser(model: Yolov5s, settings: TrainSettings) -> torch.optim.Optimizer:
+    """AdamW, or SGD with momentum, that shrinks convolution weights only, not biases or norms."""
+    shrinking = [p for p in model.parameters() if p.ndim > 1]
+    free = [p for p in model.parameters() if p.ndim <= 1]
+    groups = [{"params": shrinking, "weight_decay": settings.decay}, {"params": free, "weight_decay": 0.0}]
+    if settings.optimiser == "sgd":
+        return torch.optim.SGD(groups, lr=settings.rate, momentum=0.937, nesterov=True, fused=True)
+    return torch.optim.AdamW(groups, lr=settings.rate, betas=(0.9, 0.99), fused=True)
+
+
+def start_run(
+    sources: list[Source], settings: TrainSettings, resume: Path | None, weights: Path | None = None
+) -> Run:
+    """A new run with anchors from the data, or with averaged `weights`, or the one at `resume`."""
+    torch.manual_seed(settings.seed)
+    known = resume or weights
+    if known is not None:
+        state = read_state(known)
+        anchors = state["average"]["anchors"]
+    else:
+        sizes = np.concatenate([_typical_sizes(source, settings.long_side) for source in sources])
+        sizes = np.concatenate([sizes * scale for scale in settings.anchor_scales])
+        anchors = torch.from_numpy(cluster_anchors(sizes, seed=settings.seed))
+    model = Yolov5s(len(SKIN_CLASSES), anchors).to(memory_format=torch.channels_last)
+    if known is not None:
+        model.load_state_dict(state["average"])
+    run = Run(model, Average(model), make_optimiser(model, settings))
+    if resume is not None:
+        restore_run(run, state)
+    return run
+
+
+def _typical_sizes(source: Source, long_side: int) -> np.ndarray:
+    sizes = [
+        (e.boxes[:, 2:] - e.boxes[:, :2]) * long_side / max(e.picture.shape[:2]) for e in source.examples
+    ]
+    return np.concatenate(sizes)
+
+
+def train_step(run: Run, gradient: ParallelGradient, batch: Batch, rate: float, frozen: bool) -> Losses:
+    """One step of gradient descent; returns the three parts of the loss."""
+    for group in run.optimiser.param_groups:
+        group["lr"] = rate
+    losses = gradient.compute(batch, frozen)
+    torch.nn.utils.clip_grad_norm_(run.model.parameters(), 10.0)
+    run.optimiser.step()
+    run.optimiser.zero_grad(set_to_none=True)
+    run.average.update(run.model)
+    run.step += 1
+    return losses
+
+
+def validate_run(
+    run: Run,
+    held_out: dict[str, list[Example]],
+    settings: TrainSettings,
+    out: Path,
+    report: Callable[[str], None],
+) -> float:
+    """Score the averaged network on each data set, log it, keep the best; returns the mean mAP50."""
+    values = []
+    for name, examples in held_out.items():
+        scores = score_network(run.average.model, examples, settings.long_side)
+        values.append(scores["map50"])
+        RowLog(out / "validation.csv").add(
+            {"step": run.step, "minutes": round(run.seconds / 60, 2), "data": name, **scores}
+        )
+        report(f"{name}: " + " ".join(f"{key} {value:.3f}" for key, value in scores.items()))
+    mean = float(np.mean(values)) if values else -1.0
+    if mean >= run.best:
+        run.best = mean
+        save_run(out / "best.pt", run)
+    return mean

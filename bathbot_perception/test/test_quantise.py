@@ -1,0 +1,52 @@
+"""INT8 copies of the shipped model."""
+
+import cv2
+import numpy as np
+import onnx
+import pytest
+from bathbot_perception.detector import DEFAULT_MODEL, load
+from bathbot_perception.errors import ModelError
+from bathbot_perception.training.quantise import decoding, full_weights, quantise
+from onnx import TensorProto
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory):
+    folder, random = tmp_path_factory.mktemp("pictures"), np.random.default_rng(0)
+    for index in range(3):
+        picture = cv2.resize(random.integers(0, 256, (12, 16, 3), dtype=np.uint8), (320, 240))
+        cv2.imwrite(str(folder / f"{index}.png"), picture)
+    return sorted(folder.iterdir())
+
+
+def test_weights_come_back_whole_and_the_graph_is_the_same_function(tmp_path, pictures):
+    whole = full_weights(onnx.load(DEFAULT_MODEL))
+    assert not [item.name for item in whole.graph.initializer if item.data_type == TensorProto.FLOAT16]
+    onnx.save(whole, tmp_path / "whole.onnx")
+    rgb = cv2.imread(str(pictures[0]))
+    (first, name), (second, _) = load(DEFAULT_MODEL).bare, load(tmp_path / "whole.onnx").bare
+    feed = {name: np.random.default_rng(1).random((1, 3, 96, 128), dtype=np.float32)}
+    np.testing.assert_allclose(first.run(None, feed)[0], second.run(None, feed)[0], atol=1e-3)
+    assert rgb is not None
+
+
+def test_the_heads_and_what_follows_stay_float():
+    graph = full_weights(onnx.load(DEFAULT_MODEL)).graph
+    names = set(decoding(graph))
+    heads = [node for node in graph.node if node.name in names and node.op_type == "Conv"]
+    assert len(heads) == 3
+    assert graph.output[0].name in {out for node in graph.node if node.name in names for out in node.output}
+
+
+def test_a_quantised_model_is_small_and_still_a_skin_detector(tmp_path, pictures):
+    out = tmp_path / "new" / "int8.onnx"
+    quantise(DEFAULT_MODEL, pictures, out)
+    assert out.stat().st_size < 8e6
+    detector = load(out)
+    assert detector.size == load(DEFAULT_MODEL).size
+    assert detector.detect(cv2.imread(str(pictures[0]))) is not None
+
+
+def test_a_model_without_heads_is_refused(write_model):
+    with pytest.raises(ModelError, match="no head"):
+        decoding(onnx.load(write_model([[0.0] * 11])).graph)
