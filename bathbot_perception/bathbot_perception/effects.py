@@ -70,19 +70,26 @@ def exposed(picture: Picture, gain: float, noise: float, random: Random) -> Pict
 
 
 def covered(picture: Picture, boxes: NDArray[np.floating], share: float, random: Random) -> Picture:
-    """Something before each box (left, top, right, bottom), shape (n, 4) [px]: a share of its area is hidden.
+    """Cloth before each box (left, top, right, bottom), shape (n, 4) [px]: a share of its area is hidden.
 
-    The cover is a rectangle of another piece of the same picture, of the shape of the box.
+    A piece of cloth has the shape of the box, one colour, folds and a weave.
     """
-    height, width = picture.shape[:2]
     result = picture.copy()
     for left, top, right, bottom in np.asarray(boxes, dtype=float).reshape(-1, 4):
-        columns, rows = (max(int(side * np.sqrt(share)), 1) for side in (right - left, bottom - top))
-        columns, rows = min(columns, width), min(rows, height)
-        column = int(np.clip(random.uniform(left, right - columns), 0, width - columns))
-        row = int(np.clip(random.uniform(top, bottom - rows), 0, height - rows))
-        away, down = int(random.integers(0, width - columns + 1)), int(random.integers(0, height - rows + 1))
-        result[row : row + rows, column : column + columns] = picture[
-            down : down + rows, away : away + columns
-        ]
+        columns, rows = (max(round(side * np.sqrt(share)), 1) for side in (right - left, bottom - top))
+        column = max(round(random.uniform(left, right - columns)), 0)
+        row = max(round(random.uniform(top, bottom - rows)), 0)
+        place = result[row : row + rows, column : column + columns]
+        place[:] = cloth(place.shape[0], place.shape[1], random)
     return result
+
+
+def cloth(rows: int, columns: int, random: Random) -> Picture:
+    """A piece of cloth [px]: one colour, shaded by folds along a random direction, with a weave."""
+    row, column = np.mgrid[0:rows, 0:columns].astype(np.float32)
+    angle, length = random.uniform(0, np.pi), random.uniform(8, 60)
+    folds = np.sin(
+        (row * np.sin(angle) + column * np.cos(angle)) * (2 * np.pi / length) + random.uniform(0, 6)
+    )
+    shade = 1.0 + 0.15 * folds + 0.04 * random.standard_normal((rows, columns), dtype=np.float32)
+    return clipped(random.uniform(20, 235, 3) * shade[..., None])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bathbot_perception import effects
 
-PICTURE = np.random.default_rng(1).integers(30, 220, (96, 128, 3), dtype=np.uint8)
+PICTURE = np.random.default_rng(1).integers(30, 220, (240, 320, 3), dtype=np.uint8)
 BOXES = np.array([[10.0, 20.0, 70.0, 80.0], [80.0, 5.0, 120.0, 45.0]])
 
 

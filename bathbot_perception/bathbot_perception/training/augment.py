@@ -30,6 +30,13 @@ def brightness(picture: Picture, random: Random) -> Picture:
     return cv2.LUT(picture, clipped(ramp))
 
 
+def exposure(picture: Picture, random: Random) -> Picture:
+    """Exposure: a sixth to four times the light, clipped, with the noise of the sensor."""
+    return effects.exposed(
+        picture, np.exp(random.uniform(np.log(0.15), np.log(4))), random.uniform(0, 4), random
+    )
+
+
 def contrast(picture: Picture, random: Random) -> Picture:
     """Random contrast about the mean."""
     mean = float(picture.mean())
@@ -160,6 +167,7 @@ def cast_shadow(picture: Picture, random: Random) -> Picture:
 PHOTOMETRIC: tuple[tuple[Callable[[Picture, Random], Picture], float], ...] = (
     (hsv, 0.7),
     (brightness, 0.35),
+    (exposure, 0.15),
     (contrast, 0.25),
     (white_balance, 0.3),
     (cast_shadow, 0.08),

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_perception.effects import covered
+
 Array = NDArray[np.floating]
 GREY = (114, 114, 114)
 """Padding colour, the same as the detector's letterbox."""
@@ -200,3 +202,9 @@ def mosaic(
         boxes.append(part.boxes + np.array([left, top, left, top]))
         classes.append(part.classes)
     return Example(picture, np.concatenate(boxes), np.concatenate(classes))
+
+
+def cover_regions(example: Example, random: np.random.Generator, chance: float = 0.4) -> Example:
+    """Hang cloth before some boxes that hides 5 to 40 % of each; the boxes stay as they are."""
+    chosen = example.boxes[random.random(len(example.boxes)) < chance]
+    return example._replace(picture=covered(example.picture, chosen, random.uniform(0.05, 0.4), random))

@@ -10,8 +10,16 @@ import torch
 from torch import Tensor
 
 from bathbot_perception.training.augment import photometric
-from bathbot_perception.training.augment_geometry import Example, GeometryRanges, mosaic, random_placement
+from bathbot_perception.training.augment_geometry import (
+    Example,
+    GeometryRanges,
+    cover_regions,
+    mosaic,
+    random_placement,
+)
 from bathbot_perception.training.dataset import Source
+
+_COVERED = 0.2  # chance that cloth hangs before some regions of a picture
 
 
 class BatchSettings(NamedTuple):
@@ -57,6 +65,8 @@ def draw_example(
         whole = min(canvas[0] / part.picture.shape[0], canvas[1] / part.picture.shape[1])
         base = (whole * settings.long_side / max(part.picture.shape[:2])) ** 0.5
         example = random_placement(part, canvas, base, GeometryRanges(scale=(0.7, 1.5)), random)
+    if random.random() < _COVERED:
+        example = cover_regions(example, random)
     return example._replace(picture=photometric(example.picture, random))
 
 

@@ -1,5 +1,6 @@
 """Data sets in memory: read once, drawn with balanced classes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,15 +10,22 @@ from numpy.typing import NDArray
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import AnnotationError
+from bathbot_perception.regions import Region
 from bathbot_perception.training.augment_geometry import Example
+from bathbot_perception.training.corrections import NO_CORRECTIONS, Corrections
 from bathbot_perception.voc import Sample, read_annotation, read_checked
 
 UNCHECKED_WEIGHT = 0.6
 """How often a picture with unchecked boxes is drawn, against a checked one."""
 
 
-def load_example(sample: Sample, long_side: int) -> Example:
+def load_example(sample: Sample, long_side: int, corrected: Sequence[Region] | None = None) -> Example:
     """Read a picture and its boxes, the longer side shrunk to `long_side` [px] if it is longer.
+
+    Args:
+        sample: Picture and boxes.
+        long_side: Longer side at most [px].
+        corrected: Take these boxes instead, cut at the borders of the picture.
 
     Raises:
         AnnotationError: If the picture cannot be read or is not of the size its file says.
@@ -35,9 +43,11 @@ def load_example(sample: Sample, long_side: int) -> Example:
     if scale < 1.0:
         size = (round(width * scale), round(height * scale))
         picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    boxes = np.array([region.box for region in annotation.regions], dtype=np.float64).reshape(-1, 4)
+    regions = annotation.regions if corrected is None else corrected
+    boxes = np.array([region.box for region in regions], dtype=np.float64).reshape(-1, 4)
+    boxes = np.clip(boxes, 0.0, [width, height, width, height])
     factors = np.array([picture.shape[1] / width, picture.shape[0] / height])
-    classes = np.array([SKIN_CLASSES.index(region.name) for region in annotation.regions], dtype=np.int64)
+    classes = np.array([SKIN_CLASSES.index(region.name) for region in regions], dtype=np.int64)
     return Example(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), boxes * np.tile(factors, 2), classes)
 
 
@@ -60,10 +70,14 @@ class Source(NamedTuple):
     chances: NDArray[np.floating]
 
 
-def load_source(folder: Path, samples: list[Sample], long_side: int) -> Source:
-    """Load training pictures of one folder into memory."""
+def load_source(
+    folder: Path, samples: Sequence[Sample], long_side: int, corrections: Corrections = NO_CORRECTIONS
+) -> Source:
+    """Load training pictures of one folder into memory; corrected boxes count as checked."""
     checked = read_checked(folder)
-    examples = [load_example(sample, long_side) for sample in samples]
+    used = [sample for sample in samples if corrections.get(sample.picture.name, ()) is not None]
+    examples = [load_example(sample, long_side, corrections.get(sample.picture.name)) for sample in used]
     weights = class_balance(examples)
-    weights *= [1.0 if sample.picture.stem in checked else UNCHECKED_WEIGHT for sample in samples]
+    sure = [s.picture.stem in checked or s.picture.name in corrections for s in used]
+    weights *= np.where(sure, 1.0, UNCHECKED_WEIGHT)
     return Source(folder.name, examples, weights / weights.sum())

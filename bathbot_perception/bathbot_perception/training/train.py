@@ -24,6 +24,7 @@ from bathbot_perception.splits import split_samples
 from bathbot_perception.training.augment_geometry import Example
 from bathbot_perception.training.batches import BatchSettings, stream_batches
 from bathbot_perception.training.checkpoint import Run, save_run
+from bathbot_perception.training.corrections import NO_CORRECTIONS, Corrections, read_corrections
 from bathbot_perception.training.curves import draw_curves
 from bathbot_perception.training.dataset import Source, load_example, load_source
 from bathbot_perception.training.export import export
@@ -117,12 +118,13 @@ def gather(
     held: Sequence[Path],
     long_side: int,
     progress: TrainingProgress,
+    corrections: Corrections = NO_CORRECTIONS,
 ) -> Gathered:
-    """Load the pictures to train on, and those to validate on by data set."""
+    """Load the pictures to train on, with corrected boxes, and those to validate on by data set."""
     data = Gathered([], {}, [])
     for folder in folders:
         split = split_samples(folder)
-        data.sources.append(load_source(folder, split.train, long_side))
+        data.sources.append(load_source(folder, split.train, long_side, corrections))
         data.held_out[_name(folder)] = [load_example(sample, long_side) for sample in split.val]
         data.pictures.extend(sample.picture for sample in split.train)
         progress.say(f"{folder}: {len(split.train)} train, {len(split.val)} validate, {len(split.test)} test")
@@ -151,6 +153,7 @@ def train(
     weights: Path | None = None,
     whole: Sequence[Path] = (),
     held: Sequence[Path] = (),
+    corrections: Path | None = None,
 ) -> Path:
     """Train on data sets of VOC form and return the ONNX file.
 
@@ -163,11 +166,13 @@ def train(
         weights: Checkpoint whose averaged weights begin a new run.
         whole: Data sets of which every picture trains.
         held: Data sets of which every picture validates.
+        corrections: File of better boxes for training pictures of `folders`, see `corrections`.
     """
     cv2.setNumThreads(1)
     out.mkdir(parents=True, exist_ok=True)
     with TrainingProgress(settings.minutes * 60) as progress:
-        data = gather(folders, whole, held, settings.long_side, progress)
+        better = read_corrections(corrections) if corrections else NO_CORRECTIONS
+        data = gather(folders, whole, held, settings.long_side, progress, better)
         run = start_run(data.sources, settings, resume, weights)
         anchors = run.model.anchors.reshape(-1, 2).round().int().tolist()
         progress.say(f"anchors [px]: {anchors}; {asdict(settings)}")
@@ -187,6 +192,7 @@ def main() -> None:
     parser.add_argument("datasets", nargs="*", type=Path, help="split 60/20/20 by picture")
     parser.add_argument("--whole", nargs="*", type=Path, default=[], help="data sets that only train")
     parser.add_argument("--held", nargs="*", type=Path, default=[], help="data sets that only validate")
+    parser.add_argument("--corrections", type=Path, help="JSON file of better boxes for training pictures")
     parser.add_argument("--out", required=True, type=Path)
     parser.add_argument("--resume", type=Path, help="checkpoint to go on from")
     parser.add_argument("--weights", type=Path, help="checkpoint whose weights begin a new run")
@@ -197,7 +203,8 @@ def main() -> None:
         else:
             parser.add_argument(option, type=type(value), default=value)
     given = vars(parser.parse_args())
-    chosen = {key: given.pop(key) for key in ("datasets", "out", "resume", "weights", "whole", "held")}
+    names = ("datasets", "out", "resume", "weights", "whole", "held", "corrections")
+    chosen = {key: given.pop(key) for key in names}
     values = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
     try:
         train(chosen.pop("datasets"), chosen.pop("out"), TrainSettings(**values), **chosen)
