@@ -21,7 +21,11 @@ DEPTHS: tuple[int, ...] = (1, 2, 3, 1)
 
 
 class ConvBlock(nn.Module):
-    """Convolution, batch norm, SiLU."""
+    """Convolution, batch norm, ReLU.
+
+    YOLOv5s has had LeakyReLU, Hardswish and SiLU here. ReLU is part of the convolution in INT8 and in
+    TensorRT 8.2; SiLU would be two more operations after each, a third of the time of an INT8 picture.
+    """
 
     def __init__(
         self, inputs: int, outputs: int, kernel: int = 1, stride: int = 1, padding: int | None = None
@@ -31,7 +35,7 @@ class ConvBlock(nn.Module):
         padding = kernel // 2 if padding is None else padding
         self.convolution = nn.Conv2d(inputs, outputs, kernel, stride, padding, bias=False)
         self.norm = nn.BatchNorm2d(outputs, eps=1e-3, momentum=0.03)
-        self.activation = nn.SiLU(inplace=True)
+        self.activation = nn.ReLU(inplace=True)
 
     def forward(self, features: Tensor) -> Tensor:
         """Shape (b, inputs, h, w) -> (b, outputs, h / stride, w / stride)."""
