@@ -20,6 +20,7 @@ from bathbot_bringup import (
     demo_command,
     detect_command,
     evaluate_command,
+    export_command,
     node_command,
     record_command,
     replay_command,
@@ -49,6 +50,7 @@ app.add_typer(calibrate_command.app, name="calibrate")
 app.add_typer(evaluate_command.app, name="evaluate")
 app.add_typer(bench_command.app, name="bench")
 app.add_typer(train_command.app, name="train")
+app.add_typer(export_command.app, name="export")
 app.add_typer(simulate_command.app, name="simulate")
 app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(
     node_command.node

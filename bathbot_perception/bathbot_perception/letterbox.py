@@ -72,10 +72,14 @@ def letterbox(picture: NDArray[np.uint8], fit: Letterbox) -> NDArray[np.float32]
     """
     height, width = picture.shape[:2]
     columns, rows = round(width * fit.scale_u), round(height * fit.scale_v)
-    shrinking = columns < width
-    small = cv2.resize(
-        picture, (columns, rows), interpolation=cv2.INTER_AREA if shrinking else cv2.INTER_LINEAR
-    )
-    canvas = np.full((fit.height, fit.width, 3), GREY, np.uint8)
-    canvas[fit.top : fit.top + rows, fit.left : fit.left + columns] = small
-    return np.ascontiguousarray(canvas.transpose(2, 0, 1)[None], dtype=np.float32) / np.float32(255.0)
+    small = cv2.resize(picture, (columns, rows), interpolation=_interpolation(columns / width))
+    result = np.full((1, 3, fit.height, fit.width), np.float32(GREY / 255.0), np.float32)
+    inside = result[0, :, fit.top : fit.top + rows, fit.left : fit.left + columns]
+    for plane, colour in zip(inside, cv2.split(small), strict=True):
+        np.multiply(colour, np.float32(1.0 / 255.0), out=plane, dtype=np.float32)
+    return result
+
+
+def _interpolation(scale: float) -> int:
+    """Means over areas where two neighbours would miss pixels; they take seven times as long."""
+    return cv2.INTER_AREA if scale < 0.5 else cv2.INTER_LINEAR

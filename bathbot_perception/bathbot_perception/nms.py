@@ -1,9 +1,8 @@
 """Non-maximum suppression, class by class: of boxes that overlap much, keep the best."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-from bathbot_perception.regions import overlap
 
 Array = NDArray[np.floating]
 
@@ -18,20 +17,15 @@ def suppress(
 
     Args:
         boxes: (left, top, right, bottom) [px], shape (n, 4).
-        scores: Shape (n,).
+        scores: Shape (n,), not negative.
         classes: Class ids, shape (n,).
         overlap_limit: Intersection over union in [0, 1].
 
     Returns:
         Indices into `boxes`, by falling score.
     """
-    kept: list[int] = []
-    for name in np.unique(classes):
-        rest = np.flatnonzero(classes == name)
-        rest = rest[np.argsort(-scores[rest], kind="stable")]
-        while rest.size:
-            best, rest = rest[0], rest[1:]
-            kept.append(int(best))
-            rest = rest[overlap(boxes[best], boxes[rest])[0] <= overlap_limit]
-    order = np.array(kept, dtype=np.intp)
-    return order[np.argsort(-scores[order], kind="stable")]
+    corner_and_size = np.concatenate([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]], axis=1).astype(np.float64)
+    kept = cv2.dnn.NMSBoxesBatched(
+        corner_and_size, scores.astype(np.float32), classes.astype(np.int32), -1.0, overlap_limit
+    )
+    return np.asarray(kept, dtype=np.intp)

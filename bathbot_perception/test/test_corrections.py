@@ -22,9 +22,7 @@ def folder(tmp_path):
     for stem in "abc":
         cv2.imwrite(str(tmp_path / "images" / f"{stem}.png"), np.full((60, 40, 3), 90, np.uint8))
         regions = (Region("Face_skin", 1.0, (5.0, 5.0, 20.0, 25.0)),)
-        write_annotation(
-            tmp_path / "annotations" / f"{stem}.xml", Annotation(f"{stem}.png", 40, 60, regions)
-        )
+        write_annotation(tmp_path / "annotations" / f"{stem}.xml", Annotation(f"{stem}.png", 40, 60, regions))
     (tmp_path / "checked.txt").write_text("c.png\n")
     return tmp_path
 

@@ -1,7 +1,7 @@
 import numpy as np
 from bathbot_perception.nms import suppress
 from bathbot_perception.regions import overlap
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -16,6 +16,11 @@ def candidates(draw):
     return np.concatenate([corner, corner + extent], axis=1), scores, classes
 
 
+def clear_of(boxes, limit):
+    """Skip cases that rounding decides: the library's overlaps are float32."""
+    assume(np.all(np.abs(overlap(boxes, boxes) - limit) > 1e-5))
+
+
 def brute_force(boxes, scores, classes, limit):
     """Walk all boxes by falling score; keep one unless a kept one of its class covers it."""
     kept = []
@@ -28,6 +33,7 @@ def brute_force(boxes, scores, classes, limit):
 
 @given(candidates(), st.floats(0, 1))
 def test_suppression_keeps_what_brute_force_keeps(case, limit):
+    clear_of(case[0], limit)
     kept = suppress(*case, limit)
     assert set(kept.tolist()) == set(brute_force(*case, limit))
 
@@ -40,6 +46,7 @@ def test_kept_boxes_come_by_falling_score(case, limit):
 
 @given(candidates(), st.floats(0, 1))
 def test_suppressing_twice_changes_nothing(case, limit):
+    clear_of(case[0], limit)
     kept = suppress(*case, limit)
     again = suppress(*(part[kept] for part in case), limit)
     assert again.tolist() == list(range(len(kept)))

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -9,13 +11,15 @@ from bathbot_perception.detector import load  # noqa: E402
 from bathbot_perception.errors import ModelError  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
 from bathbot_perception.training.batches import Batch  # noqa: E402
-from bathbot_perception.training.checkpoint import read_state  # noqa: E402
+from bathbot_perception.training.checkpoint import Average, Run, read_state, save_run  # noqa: E402
 from bathbot_perception.training.export import export  # noqa: E402
 from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
 from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
 from bathbot_perception.training.parallel import ParallelGradient, split_batch  # noqa: E402
+from bathbot_perception.training.run import make_optimiser  # noqa: E402
 from bathbot_perception.training.train import train  # noqa: E402
 from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
+from bathbot_perception.training.unfold import network_from_onnx  # noqa: E402
 from bathbot_perception.voc import Annotation, write_annotation  # noqa: E402
 
 ANCHORS = torch.tensor(
@@ -115,18 +119,53 @@ def data_set(tmp_path):
 def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
     """Some steps, a stop, some more; the exported network is loaded and asked."""
     out, settings = tmp_path / "run", TrainSettings(minutes=0.02, long_side=64, batch=2, threads=1)
-    checkpoint = train([data_set], out, settings)
-    step = read_state(checkpoint)["step"]
+    model = train([data_set], out, settings)
+    step = read_state(out / "last.pt")["step"]
     assert step > 0
-    assert (out / "validation.csv").is_file()
-    again = train(
-        [data_set], out, TrainSettings(minutes=0.04, long_side=64, batch=2, threads=1), resume=checkpoint
-    )
-    assert read_state(again)["step"] > step
-    export(again, tmp_path / "model.onnx", size=64)
-    assert (tmp_path / "model.onnx").stat().st_size < 15e6
-    names = {region.name for region in load(tmp_path / "model.onnx").detect(np.zeros((64, 64, 3), np.uint8))}
+    for name in ("validation.csv", "training.csv", "curves.png", "skin_int8.onnx"):
+        assert (out / name).is_file()
+    longer = replace(settings, minutes=0.04)
+    assert train([data_set], out, longer, resume=out / "last.pt") == model
+    assert read_state(out / "last.pt")["step"] > step
+    assert model.stat().st_size < 15e6
+    names = {region.name for region in load(model).detect(np.zeros((64, 64, 3), np.uint8))}
     assert names <= set(SKIN_CLASSES)
+    train([data_set], tmp_path / "fine", replace(settings, freeze_until=0.5), weights=model)
+    assert read_state(tmp_path / "fine" / "last.pt")["step"] > 0
+
+
+@pytest.fixture
+def exported(tmp_path):
+    """A network with lively norms, and its ONNX file."""
+    torch.manual_seed(1)
+    model = Yolov5s(6, ANCHORS)
+    for module in model.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            torch.nn.init.uniform_(module.weight, 0.5, 1.5)
+            torch.nn.init.normal_(module.bias, std=0.2)
+            torch.nn.init.uniform_(module.running_var, 0.5, 1.5)
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()))
+    save_run(tmp_path / "net.pt", run)
+    export(tmp_path / "net.pt", tmp_path / "net.onnx", size=64)
+    return model.eval(), tmp_path / "net.onnx"
+
+
+def test_a_network_from_its_file_gives_the_same_numbers_and_can_learn(exported):
+    model, file = exported
+    pictures = torch.rand(4, 3, 64, 96)
+    again = network_from_onnx(file, pictures)
+    assert torch.equal(again.anchors, model.anchors)
+    with torch.no_grad():
+        for ours, theirs in zip(again.eval()(pictures), model(pictures), strict=True):
+            torch.testing.assert_close(ours, theirs, rtol=0.02, atol=0.05)
+        for ours, theirs in zip(again.train()(pictures), model(pictures), strict=True):
+            torch.testing.assert_close(ours, theirs, rtol=0.02, atol=0.05)
+
+
+def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
+    (tmp_path / "a.onnx").write_text("no")
+    with pytest.raises(ModelError, match="cannot train on"):
+        network_from_onnx(tmp_path / "a.onnx", torch.rand(1, 3, 64, 64))
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):

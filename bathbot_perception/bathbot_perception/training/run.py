@@ -5,18 +5,29 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.training.anchors import cluster_anchors
 from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.batches import Batch
-from bathbot_perception.training.checkpoint import Average, Run, read_state, restore_run, save_run
+from bathbot_perception.training.batches import Batch, BatchSettings, draw_batch
+from bathbot_perception.training.checkpoint import (
+    Average,
+    Run,
+    averaged_network,
+    read_state,
+    restore_run,
+    save_run,
+)
 from bathbot_perception.training.dataset import Source
 from bathbot_perception.training.network import Yolov5s
 from bathbot_perception.training.parallel import Losses, ParallelGradient
 from bathbot_perception.training.row_log import RowLog
 from bathbot_perception.training.train_settings import TrainSettings
+from bathbot_perception.training.unfold import network_from_onnx
 from bathbot_perception.training.validate import score_network
+
+_SHOWN = 24  # pictures that give a network from an ONNX file its norms
 
 
 def make_optimiser(model: Yolov5s, settings: TrainSettings) -> torch.optim.Optimizer:
@@ -32,23 +43,39 @@ def make_optimiser(model: Yolov5s, settings: TrainSettings) -> torch.optim.Optim
 def start_run(
     sources: list[Source], settings: TrainSettings, resume: Path | None, weights: Path | None = None
 ) -> Run:
-    """A new run with anchors from the data, or with averaged `weights`, or the one at `resume`."""
+    """A new run with anchors from the data, or with averaged `weights`, or the one at `resume`.
+
+    Args:
+        sources: Training data.
+        settings: Of the run.
+        resume: Checkpoint to go on from.
+        weights: Checkpoint or float ONNX file whose weights begin a new run.
+    """
     torch.manual_seed(settings.seed)
-    known = resume or weights
-    if known is not None:
-        state = read_state(known)
-        anchors = state["average"]["anchors"]
-    else:
-        sizes = np.concatenate([_typical_sizes(source, settings.long_side) for source in sources])
-        sizes = np.concatenate([sizes * scale for scale in settings.anchor_scales])
-        anchors = torch.from_numpy(cluster_anchors(sizes, seed=settings.seed))
-    model = Yolov5s(len(SKIN_CLASSES), anchors).to(memory_format=torch.channels_last)
-    if known is not None:
-        model.load_state_dict(state["average"])
-    run = Run(model, Average(model), make_optimiser(model, settings))
     if resume is not None:
+        state = read_state(resume)
+        run = _run_with(averaged_network(state), settings)
         restore_run(run, state)
-    return run
+        return run
+    if weights is None:
+        return _run_with(Yolov5s(len(SKIN_CLASSES), new_anchors(sources, settings)), settings)
+    if weights.suffix == ".onnx":
+        random = np.random.default_rng(settings.seed)
+        shown = draw_batch(sources, BatchSettings(_SHOWN, settings.long_side, 0.0, settings.shares), random)
+        return _run_with(network_from_onnx(weights, shown.pictures), settings)
+    return _run_with(averaged_network(read_state(weights)), settings)
+
+
+def _run_with(model: Yolov5s, settings: TrainSettings) -> Run:
+    model = model.train().to(memory_format=torch.channels_last)
+    return Run(model, Average(model), make_optimiser(model, settings))
+
+
+def new_anchors(sources: list[Source], settings: TrainSettings) -> Tensor:
+    """Anchors [px] from the boxes of all sources, at the magnifications of the settings, shape (9, 2)."""
+    sizes = np.concatenate([_typical_sizes(source, settings.long_side) for source in sources])
+    sizes = np.concatenate([sizes * scale for scale in settings.anchor_scales])
+    return torch.from_numpy(cluster_anchors(sizes, seed=settings.seed))
 
 
 def _typical_sizes(source: Source, long_side: int) -> np.ndarray:

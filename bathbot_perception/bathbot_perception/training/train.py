@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 
 from bathbot_perception.errors import PerceptionError, SettingsError
+from bathbot_perception.quantise import PICTURES, quantise
 from bathbot_perception.splits import split_samples
 from bathbot_perception.training.augment_geometry import Example
 from bathbot_perception.training.batches import BatchSettings, stream_batches
@@ -30,7 +31,6 @@ from bathbot_perception.training.dataset import Source, load_example, load_sourc
 from bathbot_perception.training.export import export
 from bathbot_perception.training.parallel import Losses, ParallelGradient
 from bathbot_perception.training.progress import TrainingProgress
-from bathbot_perception.training.quantise import PICTURES, quantise
 from bathbot_perception.training.row_log import RowLog
 from bathbot_perception.training.run import start_run, train_step, validate_run
 from bathbot_perception.training.train_settings import TrainSettings, rate_at
@@ -78,7 +78,8 @@ def train_until(
         rate = rate_at(run.step, run.seconds / budget, settings)
         losses.append(train_step(run, gradient, next(batches), rate, frozen))
         run.seconds += time.monotonic() - start
-        if run.step - counted >= _ROW:
+        over = run.seconds >= until * budget or stopping.is_set()
+        if run.step - counted >= _ROW or over:
             speed = (run.step - counted) * settings.batch / (run.seconds - began)
             progress.tell(_log(run, out, speed, rate, losses), run.seconds)
             counted, began, losses = run.step, run.seconds, []
@@ -163,7 +164,7 @@ def train(
             `skin.onnx` and `skin_int8.onnx`.
         settings: See `TrainSettings`; `shares` follow `folders`, then `whole`.
         resume: Checkpoint to go on from.
-        weights: Checkpoint whose averaged weights begin a new run.
+        weights: Checkpoint or float ONNX model whose weights begin a new run.
         whole: Data sets of which every picture trains.
         held: Data sets of which every picture validates.
         corrections: File of better boxes for training pictures of `folders`, see `corrections`.
@@ -195,7 +196,7 @@ def main() -> None:
     parser.add_argument("--corrections", type=Path, help="JSON file of better boxes for training pictures")
     parser.add_argument("--out", required=True, type=Path)
     parser.add_argument("--resume", type=Path, help="checkpoint to go on from")
-    parser.add_argument("--weights", type=Path, help="checkpoint whose weights begin a new run")
+    parser.add_argument("--weights", type=Path, help="checkpoint or ONNX model whose weights begin a new run")
     for name, value in asdict(TrainSettings()).items():
         option = f"--{name.replace('_', '-')}"
         if isinstance(value, tuple):

@@ -12,14 +12,14 @@ OPTIMISERS = ("adamw", "sgd")
 class TrainSettings:
     """What a user may change about a run."""
 
-    minutes: float = 75.0
+    minutes: float = 90.0
     """Budget of training time, without validation."""
-    long_side: int = 416
+    long_side: int = 480
     """Longer side of whole pictures in training [px]."""
-    batch: int = 8
+    batch: int = 12
     optimiser: str = "adamw"
     """adamw, or sgd as in the paper: there with rate 0.001 and decay 0.01."""
-    rate: float = 1.2e-3
+    rate: float = 1e-3
     """Learning rate after warm-up."""
     rate_end: float = 0.03
     """Share of it that is left at the end."""
@@ -42,6 +42,8 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be trained with."""
+        if not 0.0 <= self.freeze_until < 1.0:
+            raise SettingsError(f"freeze_until must lie in 0..1, got {self.freeze_until}")
         if self.optimiser not in OPTIMISERS:
             raise SettingsError(f"optimiser must be {' or '.join(OPTIMISERS)}, got {self.optimiser!r}")
         if self.long_side % 32:

@@ -1,7 +1,8 @@
-"""An INT8 copy: `python -m bathbot_perception.training.quantise MODEL.onnx DATASET --out INT8.onnx`.
+"""An INT8 copy: `python -m bathbot_perception.quantise MODEL.onnx DATASET --out INT8.onnx`.
 
 Static quantisation with the ranges that real pictures cause. The three heads' convolutions and the decoding
-behind them stay in float32: pixels and scores in one tensor of 8 bits would lose both.
+behind them stay in float32: pixels and scores in one tensor of 8 bits would lose both. The first convolution
+is written as two, see `model_graph.split_stem`.
 """
 
 import argparse
@@ -12,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import onnx
 from numpy.typing import NDArray
-from onnx import helper, numpy_helper
+from onnx import helper
 from onnxruntime.quantization import (
     CalibrationDataReader,
     CalibrationMethod,
@@ -22,16 +23,15 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.shape_inference import quant_pre_process
 
-from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.detector import load
-from bathbot_perception.errors import ModelError, PerceptionError
+from bathbot_perception.errors import PerceptionError
 from bathbot_perception.letterbox import fit_input, letterbox
+from bathbot_perception.model_graph import decoding, full_weights, split_stem
 from bathbot_perception.pictures import read_picture
 from bathbot_perception.splits import split_samples
 
 PICTURES = 160
 """Training pictures that set the ranges."""
-_HEAD = 3 * (5 + len(SKIN_CLASSES))  # channels of a head
 
 
 class Pictures(CalibrationDataReader):
@@ -65,7 +65,7 @@ def quantise(model: Path, pictures: Sequence[Path], out: Path) -> None:
         PictureError: On a picture that cannot be read.
     """
     size = load(model).size
-    whole = full_weights(onnx.load(model))
+    whole = split_stem(full_weights(onnx.load(model)))
     metadata = {item.key: item.value for item in whole.metadata_props}
     with tempfile.TemporaryDirectory() as folder:
         float_file, prepared, made = (
@@ -90,41 +90,6 @@ def quantise(model: Path, pictures: Sequence[Path], out: Path) -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
     onnx.save(result, out)
     load(out)
-
-
-def full_weights(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Undo `export.half_weights`: constants of float32 where the graph cast them."""
-    stored = {item.name: item for item in model.graph.initializer}
-    nodes = []
-    for node in model.graph.node:
-        if node.op_type == "Cast" and node.input[0] in stored and node.output[0] not in stored:
-            values = numpy_helper.to_array(stored.pop(node.input[0])).astype(np.float32)
-            stored[node.output[0]] = numpy_helper.from_array(values, node.output[0])
-        else:
-            nodes.append(node)
-    del model.graph.initializer[:], model.graph.node[:]
-    model.graph.initializer.extend(stored.values())
-    model.graph.node.extend(nodes)
-    return model
-
-
-def decoding(graph: onnx.GraphProto) -> list[str]:
-    """Names of the heads' convolutions and of every node behind them.
-
-    Raises:
-        ModelError: When the graph has no such heads.
-    """
-    shapes = {item.name: tuple(item.dims) for item in graph.initializer}
-    reached: set[str] = set()
-    names = []
-    for node in graph.node:
-        head = node.op_type == "Conv" and shapes.get(node.input[1], (0,))[0] == _HEAD
-        if head or reached.intersection(node.input):
-            names.append(node.name)
-            reached.update(node.output)
-    if not names:
-        raise ModelError(f"the model has no head with {_HEAD} channels; was it exported by bathbot?")
-    return names
 
 
 def main() -> None:
