@@ -21,3 +21,7 @@ class AnnotationError(PerceptionError):
 
 class ModelError(PerceptionError):
     """A model file that is no skin detector of ours."""
+
+
+class TrainingError(PerceptionError):
+    """A training run that cannot go on."""

@@ -8,7 +8,7 @@ torch = pytest.importorskip("torch", reason="training needs the extra `train`")
 
 from bathbot_perception.classes import SKIN_CLASSES  # noqa: E402
 from bathbot_perception.detector import load  # noqa: E402
-from bathbot_perception.errors import ModelError  # noqa: E402
+from bathbot_perception.errors import ModelError, TrainingError  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
 from bathbot_perception.training.batches import Batch  # noqa: E402
 from bathbot_perception.training.checkpoint import Average, Run, read_state, save_run  # noqa: E402
@@ -16,7 +16,7 @@ from bathbot_perception.training.export import export  # noqa: E402
 from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
 from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
 from bathbot_perception.training.parallel import ParallelGradient, split_batch  # noqa: E402
-from bathbot_perception.training.run import make_optimiser  # noqa: E402
+from bathbot_perception.training.run import make_optimiser, train_step  # noqa: E402
 from bathbot_perception.training.train import train  # noqa: E402
 from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
 from bathbot_perception.training.unfold import network_from_onnx  # noqa: E402
@@ -118,7 +118,7 @@ def data_set(tmp_path):
 
 def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
     """Some steps, a stop, some more; the exported network is loaded and asked."""
-    out, settings = tmp_path / "run", TrainSettings(minutes=0.02, long_side=64, batch=2, threads=1)
+    out, settings = tmp_path / "run", TrainSettings(minutes=0.02, long_side=96, batch=2, threads=1)
     model = train([data_set], out, settings)
     step = read_state(out / "last.pt")["step"]
     assert step > 0
@@ -166,6 +166,22 @@ def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
     (tmp_path / "a.onnx").write_text("no")
     with pytest.raises(ModelError, match="cannot train on"):
         network_from_onnx(tmp_path / "a.onnx", torch.rand(1, 3, 64, 64))
+
+
+def test_a_gradient_that_is_no_number_changes_nothing_and_ends_the_run_in_time():
+    torch.manual_seed(0)
+    model = Yolov5s(6, ANCHORS)
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()))
+    before = {name: value.clone() for name, value in run.average.model.state_dict().items()}
+    gradient = ParallelGradient(model, 1)
+    batch = Batch(torch.full((2, 3, 96, 96), float("nan")), torch.tensor([[0, 4, 20.0, 20.0, 30.0, 20.0]]))
+    for _ in range(20):
+        train_step(run, gradient, batch, 1e-3, frozen=False)
+    with pytest.raises(TrainingError, match="no number in 21 steps"):
+        train_step(run, gradient, batch, 1e-3, frozen=False)
+    gradient.close()
+    assert all(torch.isfinite(buffer).all() for buffer in run.model.buffers())
+    assert all(torch.equal(value, before[name]) for name, value in run.average.model.state_dict().items())
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):

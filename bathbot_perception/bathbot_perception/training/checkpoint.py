@@ -43,6 +43,7 @@ class Run:
     step: int = 0
     seconds: float = 0.0
     best: float = -1.0
+    lost: int = 0  # steps in a row whose gradient was no number
 
 
 def save_run(path: Path, run: Run) -> None:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.errors import TrainingError
 from bathbot_perception.training.anchors import cluster_anchors
 from bathbot_perception.training.augment_geometry import Example
 from bathbot_perception.training.batches import Batch, BatchSettings, draw_batch
@@ -27,6 +28,7 @@ from bathbot_perception.training.train_settings import TrainSettings
 from bathbot_perception.training.unfold import network_from_onnx
 from bathbot_perception.training.validate import score_network
 
+_MOST_LOST = 20  # steps in a row
 _SHOWN = 24  # pictures that give a network from an ONNX file its norms
 
 
@@ -86,16 +88,40 @@ def _typical_sizes(source: Source, long_side: int) -> np.ndarray:
 
 
 def train_step(run: Run, gradient: ParallelGradient, batch: Batch, rate: float, frozen: bool) -> Losses:
-    """One step of gradient descent; returns the three parts of the loss."""
+    """One step of gradient descent; returns the three parts of the loss.
+
+    A gradient that is no number changes nothing: the step is left out and counted in `run.lost`.
+
+    Raises:
+        TrainingError: After many such steps in a row.
+    """
     for group in run.optimiser.param_groups:
         group["lr"] = rate
     losses = gradient.compute(batch, frozen)
-    torch.nn.utils.clip_grad_norm_(run.model.parameters(), 10.0)
-    run.optimiser.step()
-    run.optimiser.zero_grad(set_to_none=True)
-    run.average.update(run.model)
+    norm = torch.nn.utils.clip_grad_norm_(run.model.parameters(), 10.0)
     run.step += 1
+    if torch.isfinite(norm):
+        run.optimiser.step()
+        run.average.update(run.model)
+        run.lost = 0
+    else:
+        run.lost += 1
+        _mend_norms(run)
+    run.optimiser.zero_grad(set_to_none=True)
+    if run.lost > _MOST_LOST:
+        raise TrainingError(
+            f"the gradient was no number in {run.lost} steps in a row; go on from the last checkpoint with a "
+            "lower rate"
+        )
     return losses
+
+
+@torch.no_grad()
+def _mend_norms(run: Run) -> None:
+    """Give norms that have seen numbers that are none the averaged means and variances again."""
+    for ours, averaged in zip(run.model.buffers(), run.average.model.buffers(), strict=True):
+        if not torch.isfinite(ours).all():
+            ours.copy_(averaged)
 
 
 def validate_run(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from bathbot_perception.errors import SettingsError
 
+_SMALLEST = 96  # [px]; on a map of 2x1 cells torch's bfloat16 convolutions give numbers that are none
 OPTIMISERS = ("adamw", "sgd")
 
 
@@ -46,8 +47,10 @@ class TrainSettings:
             raise SettingsError(f"freeze_until must lie in 0..1, got {self.freeze_until}")
         if self.optimiser not in OPTIMISERS:
             raise SettingsError(f"optimiser must be {' or '.join(OPTIMISERS)}, got {self.optimiser!r}")
-        if self.long_side % 32:
-            raise SettingsError(f"long_side must be a multiple of 32 px, got {self.long_side}")
+        if self.long_side % 32 or self.long_side < _SMALLEST:
+            raise SettingsError(
+                f"long_side must be a multiple of 32 px from {_SMALLEST} on, got {self.long_side}"
+            )
         if not (self.minutes > 0 and self.batch > 0 and self.rate > 0):
             raise SettingsError(
                 f"minutes, batch and rate must be positive, got {self.minutes}, {self.batch}, {self.rate}"
