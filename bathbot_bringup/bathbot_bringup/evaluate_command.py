@@ -149,6 +149,30 @@ def localization(
     raise typer.Exit(evaluate_localization(settings, seed_list(seeds), targets, json_file))
 
 
+@app.command("regions")
+def regions(
+    seeds: str = typer.Option("0-99", help="Seeds such as 3, 0-19 or 0-4,7."),
+    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    region: str = typer.Option("Trunk_skin", help="Region to find."),
+    scenario: str = typer.Option("calm", help="The air, and how the person moves."),
+    model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
+) -> None:
+    """Find a region in the first picture of the simulated bathroom, seed by seed, as the demo does.
+
+    A region counts as found when a box of its class overlaps the true one by half (IoU). The exit code is 0
+    only if it was found for every seed. About 2 s a seed.
+
+    \b
+      bathbot evaluate regions --seeds 0-99 --json regions.json
+      bathbot evaluate regions --region face --model skin_int8.onnx
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_bringup.arguments import seed_list
+    from bathbot_bringup.bathing import full_region_name
+    from bathbot_bringup.evaluate_regions import evaluate_regions
+
+    raise typer.Exit(evaluate_regions(seed_list(seeds), full_region_name(region), scenario, model, json_file))
+
+
 @app.command("safety")
 def safety(
     json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 COMMANDS = (
     "demo", "bathe", "detect", "replay", "record", "calibrate depth", "calibrate hand-eye", "evaluate demo",
     "evaluate detector", "evaluate localization", "node", "sim-arm", "simulate board", "simulate marker",
-    "train detector", "bench depth",
+    "train detector", "bench depth", "bench detector", "evaluate regions", "export detector",
 )  # fmt: skip
 
 
@@ -65,6 +65,16 @@ def test_every_command_explains_itself(capsys):
     pytest.param("simulate board --out x --preset best", "no D455 preset 'best'", id="simulated preset"),
     pytest.param("simulate marker --out x --poses 0", "got '0'", id="simulated poses"),
     pytest.param("train detector nowhere --out x", "there is no nowhere", id="training data"),
+    pytest.param("train detector . --out x --scratch --resume .", "exclude each other", id="two beginnings"),
+    pytest.param("train detector . --out x --corrections nowhere", "there is no nowhere", id="corrections"),
+    pytest.param("evaluate regions --region nose", "no region is named 'nose'", id="region to find"),
+    pytest.param("evaluate regions --seeds x", "seeds are numbers and ranges", id="seeds to look at"),
+    pytest.param("bench detector --rounds 3", "rounds must be 10 or more, got 3", id="rounds"),
+    pytest.param("bench detector --size 100", "size must be a multiple of 32", id="input size"),
+    pytest.param("export detector --out x --precision fp8", "must be one of fp32, fp16, int8", id="fp8"),
+    pytest.param("export detector --out x --shape 640x400", "multiples of 32 px", id="shape"),
+    pytest.param("export detector --out x --precision int8", "needs pictures", id="int8 of nothing"),
+    pytest.param("export detector --out x --model no.onnx", "there is no model file no.onnx", id="no model"),
     pytest.param("sim-arm --host no.such.host.invalid", "no.such.host.invalid", id="address"),
     pytest.param("sim-arm --port 99999", "got '99999'", id="port"),
 ])  # fmt: skip

@@ -52,7 +52,8 @@ def test_splits_are_evaluated_apart_and_progress_is_told(write_model, data_set):
     model, seen = write_model([HAND]), []
     parts = [evaluate(data_set, model, split=s)["images"] for s in ("train", "val", "test")]
     assert sum(parts) == 12
-    evaluate(data_set, model, progress=lambda done, count: seen.append((done, count)))
-    assert seen[-1] == (12, 12)
+    conditions = ("steam", "blur")
+    evaluate(data_set, model, conditions=conditions, progress=lambda done, count: seen.append((done, count)))
+    assert seen[-1] == (12 * 7, 12 * 7)
     with pytest.raises(SettingsError, match="split must be one of"):
         evaluate(data_set, model, split="dev")
