@@ -15,7 +15,8 @@ _BACKGROUND = "background"
 def counting(console: Console | None = None) -> Iterator[Callable[[int, int], None]]:
     """A progress bar over pictures; gives what to call with (done, in all)."""
     columns = TextColumn("pictures"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console, transient=True) as bar:
+    console = console or Console()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("pictures", total=None)
         yield lambda done, count: bar.update(task, completed=done, total=count)
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from bathbot_perception.average_precision import (
     THRESHOLDS,
@@ -21,12 +22,13 @@ from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.conditions import CONDITIONS, STRENGTHS, disturbed
 from bathbot_perception.confusion import confusion
 from bathbot_perception.detector import Detector, load
-from bathbot_perception.errors import SettingsError
+from bathbot_perception.errors import AnnotationError, SettingsError
 from bathbot_perception.pictures import read_picture
+from bathbot_perception.regions import Region
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 from bathbot_perception.skin_tone import THIRDS, thirds, typology_angle
 from bathbot_perception.splits import split_samples
-from bathbot_perception.voc import Sample, list_samples, read_annotation, read_checked
+from bathbot_perception.voc import Sample, check_size, list_samples, read_annotation, read_checked
 
 LEAST_SCORE = 0.01
 """Detections down to this score enter the curves."""
@@ -81,6 +83,8 @@ def evaluate(
         progress(next(done), count)
 
     clean = examine(detector, samples, tell)
+    if not any(result.truths for result in clean.results):
+        raise AnnotationError(f"no picture of {dataset} has a box of a skin class; nothing can be compared")
     if curves is not None:
         draw_curves(clean.results, curves)
     tables = {
@@ -134,11 +138,22 @@ def choose_samples(dataset: Path, split: str) -> list[Sample]:
     return samples
 
 
+def labelled_picture(sample: Sample) -> tuple[Sequence[Region], NDArray[np.uint8]]:
+    """True regions and RGB of a sample.
+
+    Raises:
+        PerceptionError: If one of the files cannot be read or they are of different sizes.
+    """
+    annotation, rgb = read_annotation(sample.annotation), read_picture(sample.picture).rgb
+    check_size(sample, annotation, rgb.shape)
+    return annotation.regions, rgb
+
+
 def examine(detector: Detector, samples: Sequence[Sample], tell: Callable[[], None]) -> Examined:
     """Truth, detections, time and skin tone of every picture; `tell` is called after each."""
     examined = Examined([], [], [])
     for sample in samples:
-        truths, rgb = read_annotation(sample.annotation).regions, read_picture(sample.picture).rgb
+        truths, rgb = labelled_picture(sample)
         begun = time.perf_counter()
         detections = detector.detect(rgb)
         examined.durations.append(time.perf_counter() - begun)
@@ -154,7 +169,7 @@ def examine_under(
     """Truth and detections of every picture under a condition of `conditions.CONDITIONS`."""
     results = []
     for sample in samples:
-        truths, rgb = read_annotation(sample.annotation).regions, read_picture(sample.picture).rgb
+        truths, rgb = labelled_picture(sample)
         boxes = np.array([region.box for region in truths]).reshape(-1, 4)
         picture = disturbed(rgb, boxes, condition, strength, sample.picture.stem)
         results.append(PictureResult(truths, detector.detect(picture)))

@@ -49,6 +49,20 @@ def read_annotation(path: Path) -> Annotation:
     return Annotation(filename, width, height, tuple(r for r in regions if r.name != BACKGROUND))
 
 
+def check_size(sample: Sample, annotation: Annotation, shape: tuple[int, ...]) -> None:
+    """Refuse boxes that were drawn on a picture of another size.
+
+    Raises:
+        AnnotationError: If the picture, of `shape` (height, width, ...) [px], is not as annotated.
+    """
+    height, width = shape[:2]
+    if (width, height) != (annotation.width, annotation.height):
+        raise AnnotationError(
+            f"{sample.picture} is {width}x{height} px, not {annotation.width}x{annotation.height} as "
+            f"{sample.annotation.name} says; were the boxes drawn on another copy?"
+        )
+
+
 def _text(node: ElementTree.Element, key: str) -> str:
     text = node.findtext(key)
     if text is None:

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.errors import SettingsError
+from bathbot_perception.errors import AnnotationError, SettingsError
 from bathbot_perception.evaluate import evaluate
 from bathbot_perception.regions import Region
-from bathbot_perception.voc import Annotation, write_annotation
+from bathbot_perception.voc import Annotation, read_annotation, write_annotation
 from tiny_model import row
 
 HAND = row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))
@@ -57,3 +57,17 @@ def test_splits_are_evaluated_apart_and_progress_is_told(write_model, data_set):
     assert seen[-1] == (12 * 7, 12 * 7)
     with pytest.raises(SettingsError, match="split must be one of"):
         evaluate(data_set, model, split="dev")
+
+
+def test_boxes_of_another_copy_or_no_boxes_at_all_are_refused(write_model, data_set):
+    model, first = write_model([HAND]), next((data_set / "images").iterdir())
+    whole = cv2.imread(str(first))
+    cv2.imwrite(str(first), whole[:-4])
+    with pytest.raises(AnnotationError, match="drawn on another copy"):
+        evaluate(data_set, model, conditions=())
+    cv2.imwrite(str(first), whole)
+    for file in (data_set / "annotations").iterdir():
+        annotation = read_annotation(file)
+        write_annotation(file, annotation._replace(regions=()))
+    with pytest.raises(AnnotationError, match="no picture of .* has a box"):
+        evaluate(data_set, model, conditions=())

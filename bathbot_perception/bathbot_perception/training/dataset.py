@@ -13,7 +13,7 @@ from bathbot_perception.errors import AnnotationError
 from bathbot_perception.regions import Region
 from bathbot_perception.training.augment_geometry import Example
 from bathbot_perception.training.corrections import NO_CORRECTIONS, Corrections
-from bathbot_perception.voc import Sample, read_annotation, read_checked
+from bathbot_perception.voc import Sample, check_size, read_annotation, read_checked
 
 UNCHECKED_WEIGHT = 0.6
 """How often a picture with unchecked boxes is drawn, against a checked one."""
@@ -35,10 +35,7 @@ def load_example(sample: Sample, long_side: int, corrected: Sequence[Region] | N
     if picture is None:
         raise AnnotationError(f"cannot read the picture {sample.picture}; is it a whole JPEG or PNG?")
     height, width = picture.shape[:2]
-    if (width, height) != (annotation.width, annotation.height):
-        raise AnnotationError(
-            f"{sample.picture} is {width}x{height} px not {annotation.width}x{annotation.height} as annotated"
-        )
+    check_size(sample, annotation, picture.shape)
     scale = min(long_side / max(height, width), 1.0)
     if scale < 1.0:
         size = (round(width * scale), round(height * scale))
