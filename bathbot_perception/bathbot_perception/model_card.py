@@ -1,78 +1,104 @@
 """Writes what was measured into the model card, so that no number there is typed by hand.
 
-python -m bathbot_perception.model_card docs/model_card.md "real photos"=/data/photos:test ...
+python -m bathbot_perception.model_card docs/model_card.md "real photos"=/data/photos:test ... --show renders
 """
 
 import argparse
 import csv
 import os
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from rich.progress import track
 
-from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.detector import DEFAULT_MODEL, load
+from bathbot_perception.card_pictures import condition_sheet, failure_sheet
+from bathbot_perception.card_tables import (
+    Report,
+    accuracy_table,
+    condition_table,
+    confusion_table,
+    markdown,
+    tone_table,
+)
+from bathbot_perception.conditions import CONDITIONS
+from bathbot_perception.detector import MODELS, load
 from bathbot_perception.errors import PerceptionError, SettingsError
-from bathbot_perception.evaluate import evaluate
-from bathbot_perception.letterbox import fit_input, letterbox
+from bathbot_perception.evaluate import choose_samples, evaluate
+from bathbot_perception.letterbox import fit_input
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 
 TIMED_PICTURE = (480, 848)
 """Height and width of the picture that timing uses [px], a D455 colour stream."""
+_FLOAT, _INT8 = MODELS / "skin.onnx", MODELS / "skin_int8.onnx"
+Data = dict[str, tuple[Path, str]]
+"""Title -> (data set folder, split), see `evaluate`."""
 
 
-def accuracy_table(reports: dict[str, dict]) -> str:
-    """MAP and AP per class of several reports of `evaluate`, as Markdown."""
-    head = ["data", "pictures", "mAP50", "mAP50-95", *(name.removesuffix("_skin") for name in SKIN_CLASSES)]
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    for title, report in reports.items():
-        classes = ["-" if value is None else f"{value:.3f}" for value in report["ap50"].values()]
-        cells = [
-            title,
-            str(report["images"]),
-            f"{report['map50']:.3f}",
-            f"{report['map50_95']:.3f}",
-            *classes,
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
-def timing_table(model: Path, rounds: int = 60) -> str:
+def timing_table(models: Sequence[Path], rounds: int = 60) -> str:
     """Median and 95th percentile of `Detector.detect` on noise, with one and two threads, as Markdown."""
     picture = np.random.default_rng(0).integers(0, 256, (*TIMED_PICTURE, 3), dtype=np.uint8)
-    lines = ["| threads | input | median ms | 95 % ms | pictures/s |", "|---|---|---|---|---|"]
-    for threads in (1, 2):
-        detector = load(model, SkinDetectorSettings(threads=threads))
-        durations = []
-        for _ in range(rounds + 5):
+    detectors = {
+        (model.name, threads): load(model, SkinDetectorSettings(threads=threads))
+        for model in models
+        for threads in (1, 2)
+    }
+    durations = {key: [] for key in detectors}
+    for _ in range(rounds + 5):
+        for key, detector in detectors.items():
             begun = time.perf_counter()
             detector.detect(picture)
-            durations.append(1e3 * (time.perf_counter() - begun))
-        middle, late = np.percentile(durations[5:], [50, 95])
-        shape = letterbox(picture, fit_input(TIMED_PICTURE, detector.size)).shape
-        lines.append(
-            f"| {threads} | {shape[3]}x{shape[2]} | {middle:.1f} | {late:.1f} | {1e3 / middle:.1f} |"
+            durations[key].append(1e3 * (time.perf_counter() - begun))
+    rows = []
+    for (name, threads), taken in durations.items():
+        middle, late = np.percentile(taken[5:], [50, 95])
+        fit = fit_input(TIMED_PICTURE, detectors[name, threads].size)
+        rows.append(
+            [
+                name,
+                str(threads),
+                f"{fit.width}x{fit.height}",
+                f"{middle:.1f}",
+                f"{late:.1f}",
+                f"{1e3 / middle:.0f}",
+            ]
         )
-    lines += ["", f"Load of the machine (1-minute mean) when this was timed: {os.getloadavg()[0]:.1f}."]
-    return "\n".join(lines)
+    table = markdown(["model", "threads", "input", "median ms", "95 % ms", "pictures/s"], rows)
+    load_then = f"Load of the machine (1-minute mean) when this was timed: {os.getloadavg()[0]:.1f}."
+    return f"{table}\n\n{load_then}"
 
 
-def measure(data: dict[str, tuple[Path, str]], model: Path, curves: Path | None) -> str:
-    """All measured tables.
+def measure(data: Data, curves: Path | None) -> dict[str, str]:
+    """The measured parts of the card: float model, INT8 model, conditions, tones, confusion, times."""
+    reports: dict[str, Report] = {}
+    for title, (folder, split) in track(data.items(), "data sets"):
+        for model, conditions in ((_FLOAT, tuple(CONDITIONS)), (_INT8, ())):
+            name = title if model == _FLOAT else f"{title}, INT8"
+            picture = (
+                curves / f"pr_{name.split(',')[0].replace(' ', '_')}.png" if curves and conditions else None
+            )
+            reports[name] = evaluate(folder, model, split=split, curves=picture, conditions=conditions)
+    sizes = ", ".join(f"{file.name} {file.stat().st_size / 1e6:.2f} MB" for file in (_FLOAT, _INT8))
+    confusions = [
+        f"{title}:\n\n{confusion_table(report)}" for title, report in reports.items() if report["conditions"]
+    ]
+    return {
+        "measured": "\n\n".join([accuracy_table(reports), f"Files: {sizes}."]),
+        "times": timing_table((_FLOAT, _INT8)),
+        "conditions": condition_table(reports),
+        "tones": tone_table(reports),
+        "confusion": "\n\n".join(confusions),
+    }
 
-    Args:
-        data: Title -> (data set folder, split), see `evaluate`.
-        model: ONNX file.
-        curves: Folder for precision-recall pictures, or None.
-    """
-    reports = {}
-    for title, (folder, split) in data.items():
-        picture = curves / f"pr_{title.replace(' ', '_').replace(',', '')}.png" if curves else None
-        reports[title] = evaluate(folder, model, split=split, curves=picture, conditions=())
-    size = f"File: {model.name}, {model.stat().st_size / 1e6:.2f} MB."
-    return "\n\n".join([accuracy_table(reports), timing_table(model), size])
+
+def draw_pictures(folder: Path, pictures: Path) -> None:
+    """Sheets of conditions and of failures, from a data set whose pictures may be shown."""
+    samples = choose_samples(folder, "all")
+    detector = load(_FLOAT, replace(SkinDetectorSettings(), threads=2))
+    condition_sheet(detector, samples[len(samples) // 2], pictures / "detector_conditions.png")
+    failure_sheet(detector, samples, pictures / "detector_failures.png")
 
 
 def training_summary(run: Path) -> str:
@@ -92,7 +118,7 @@ def training_summary(run: Path) -> str:
     minutes, median = float(rows[-1]["minutes"]), np.median(speeds)
     return (
         f"{rows[-1]['step']} steps in {minutes:.0f} minutes of training; {median:.1f} pictures/s in the "
-        f"median, {speeds.min():.1f} to {speeds.max():.1f} because other programs ran beside it."
+        f"median, {speeds.min():.1f} to {speeds.max():.1f}."
     )
 
 
@@ -117,14 +143,15 @@ def fill_card(card: Path, part: str, text: str) -> None:
 
 def main() -> None:
     """Read the command line, measure, write."""
-    parser = argparse.ArgumentParser(description="Measure a model and write the numbers into its card.")
+    parser = argparse.ArgumentParser(description="Measure the models and write the numbers into their card.")
     parser.add_argument("card", type=Path)
     parser.add_argument("data", nargs="*", metavar="TITLE=FOLDER[:SPLIT]")
     parser.add_argument("--run", type=Path, help="folder of the training run")
-    parser.add_argument("--model", type=Path, default=DEFAULT_MODEL)
     parser.add_argument("--curves", type=Path, help="folder for precision-recall pictures")
+    parser.add_argument("--show", type=Path, help="data set whose pictures may be shown, such as renders")
+    parser.add_argument("--pictures", type=Path, help="folder for the sheets made of it")
     given = parser.parse_args()
-    data = {}
+    data: Data = {}
     for item in given.data:
         title, _, place = item.partition("=")
         folder, _, split = place.partition(":")
@@ -132,8 +159,10 @@ def main() -> None:
     try:
         if given.run is not None:
             fill_card(given.card, "training", training_summary(given.run))
-        if data:
-            fill_card(given.card, "measured", measure(data, given.model, given.curves))
+        if given.show and given.pictures:
+            draw_pictures(given.show, given.pictures)
+        for part, text in measure(data, given.curves).items() if data else ():
+            fill_card(given.card, part, text)
     except PerceptionError as error:
         raise SystemExit(f"error: {error}") from error
 

@@ -1,7 +1,15 @@
+import cv2
+import numpy as np
 import pytest
+from bathbot_perception.card_pictures import condition_sheet, failure_sheet, mistakes
+from bathbot_perception.card_tables import accuracy_table, condition_table, confusion_table, tone_table
 from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.conditions import CONDITIONS
+from bathbot_perception.detector import load
 from bathbot_perception.errors import SettingsError
-from bathbot_perception.model_card import accuracy_table, fill_card, marks, timing_table, training_summary
+from bathbot_perception.model_card import fill_card, marks, timing_table, training_summary
+from bathbot_perception.regions import Region
+from bathbot_perception.voc import Annotation, list_samples, write_annotation
 from tiny_model import row
 
 BEGIN, END = marks("measured")
@@ -23,16 +31,58 @@ def test_a_card_without_marks_is_left_alone(tmp_path):
     assert card.read_text() == "# Title\n"
 
 
-def test_the_tables_show_every_class_and_both_thread_counts(write_model):
+def report(**changes):
+    """A report of `evaluate` as the card takes it."""
     ap50 = {name: 0.5 for name in SKIN_CLASSES} | {"Foot_skin": None}
-    table = accuracy_table({"photos": {"images": 3, "map50": 0.5, "map50_95": 0.25, "ap50": ap50}})
+    conditions = {name: {"mild": 0.5, "middle": 0.45, "strong": None} for name in CONDITIONS}
+    conditions["skin_tone"] = {"lightest": 0.6, "middle": 0.5, "darkest": 0.4}
+    whole = {
+        "images": 3, "map50": 0.5, "map50_95": 0.25, "ap50": ap50, "conditions": conditions,
+        "ita_deg": [10.0, 41.4], "confusion": np.eye(7, dtype=int).tolist(),
+    }  # fmt: skip
+    return whole | changes
+
+
+def test_the_accuracy_shows_every_class():
+    table = accuracy_table({"photos": report()})
     assert (
         table.splitlines()[2] == "| photos | 3 | 0.500 | 0.250 | 0.500 | 0.500 | 0.500 | 0.500 | 0.500 | - |"
     )
-    lines = timing_table(
-        write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))]), rounds=3
-    ).splitlines()
-    assert [line.split("|")[1].strip() for line in lines[2:4]] == ["1", "2"]
+
+
+def test_conditions_stand_beside_the_clean_pictures_and_only_where_tried():
+    table = condition_table({"photos": report(), "photos, INT8": report(conditions={})})
+    lines = table.splitlines()
+    assert len(lines) == 3 + len(CONDITIONS)
+    assert lines[0].count("photos: ") == 3
+    assert lines[3].endswith("| 0.500 (+0.000) | 0.450 (-0.050) | - |")
+    assert tone_table({"photos": report()}).endswith("| photos | 0.600 | 0.500 | 0.400 | 41 and 10 |")
+    assert confusion_table(report()).splitlines()[-1] == "| background | 0 | 0 | 0 | 0 | 0 | 0 | 1 |"
+
+
+def test_every_model_is_timed_with_one_and_two_threads(write_model):
+    model = write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))])
+    lines = timing_table([model], rounds=3).splitlines()
+    assert [line.split("|")[2].strip() for line in lines[2:4]] == ["1", "2"]
+
+
+def test_sheets_show_conditions_and_the_worst_pictures(write_model, tmp_path):
+    detector = load(write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))]))
+    for name in ("images", "annotations"):
+        (tmp_path / name).mkdir()
+    for index in range(3):
+        cv2.imwrite(str(tmp_path / f"images/{index}.png"), np.full((64, 128, 3), 90, np.uint8))
+        regions = tuple(Region("Foot_skin", 1.0, (5.0, 5.0, 30.0 + i, 30.0)) for i in range(index))
+        write_annotation(tmp_path / f"annotations/{index}.xml", Annotation(f"{index}.png", 128, 64, regions))
+    samples = list_samples(tmp_path)
+    condition_sheet(detector, samples[2], tmp_path / "new" / "conditions.png")
+    failure_sheet(detector, samples, tmp_path / "failures.png", count=2)
+    assert cv2.imread(str(tmp_path / "new" / "conditions.png")).shape == (258 * len(CONDITIONS), 960, 3)
+    assert cv2.imread(str(tmp_path / "failures.png")).shape == (258, 1280, 3)
+    hand = detector.detect(np.full((64, 128, 3), 90, np.uint8))
+    assert mistakes(hand, hand) == 0
+    assert mistakes([], hand) == 1
+    assert mistakes([Region("Foot_skin", 1.0, hand[0].box)], hand) == 2
 
 
 def test_the_training_summary_is_read_from_the_log(tmp_path):
