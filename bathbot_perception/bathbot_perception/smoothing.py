@@ -34,7 +34,3 @@ class Smoothing:
             smooth.append(region)
         self._before = smooth
         return smooth
-
-    def forget(self) -> None:
-        """What comes next has nothing to do with what was."""
-        self._before = []

@@ -1,7 +1,6 @@
 """Smoothing never invents a box."""
 
 import numpy as np
-import pytest
 from bathbot_perception.regions import Region
 from bathbot_perception.smoothing import Smoothing
 from hypothesis import given
@@ -39,10 +38,7 @@ def test_a_shaking_box_shakes_less_and_a_jump_is_followed_at_once():
     assert smoothing.update([jump]) == [jump]
 
 
-@pytest.mark.parametrize("share", [0.0, 0.7])
-def test_without_a_past_boxes_are_as_found(share):
-    smoothing, region = Smoothing(share), Region("Hand_skin", 0.9, (1.0, 2.0, 30.0, 40.0))
+def test_without_smoothing_boxes_are_as_found():
+    smoothing, region = Smoothing(0.0), Region("Hand_skin", 0.9, (1.0, 2.0, 30.0, 40.0))
     smoothing.update([region._replace(box=(2.0, 2.0, 32.0, 40.0))])
-    smoothing.forget()
     assert smoothing.update([region]) == [region]
-    assert Smoothing(0.0).update([region]) == [region]
