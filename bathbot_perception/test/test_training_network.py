@@ -12,15 +12,16 @@ from bathbot_perception.errors import ModelError, TrainingError  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
 from bathbot_perception.training.batches import Batch  # noqa: E402
 from bathbot_perception.training.checkpoint import Average, Run, read_state, save_run  # noqa: E402
+from bathbot_perception.training.dataset import load_source  # noqa: E402
 from bathbot_perception.training.export import export  # noqa: E402
 from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
 from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
 from bathbot_perception.training.parallel import ParallelGradient, split_batch  # noqa: E402
-from bathbot_perception.training.run import make_optimiser, train_step  # noqa: E402
+from bathbot_perception.training.run import make_optimiser, start_run, train_step  # noqa: E402
 from bathbot_perception.training.train import train  # noqa: E402
 from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
 from bathbot_perception.training.unfold import network_from_onnx  # noqa: E402
-from bathbot_perception.voc import Annotation, write_annotation  # noqa: E402
+from bathbot_perception.voc import Annotation, list_samples, write_annotation  # noqa: E402
 
 ANCHORS = torch.tensor(
     [[[8, 8], [16, 16], [12, 30]], [[30, 30], [40, 20], [30, 70]], [[90, 90], [80, 200], [200, 150]]]
@@ -144,7 +145,7 @@ def exported(tmp_path):
             torch.nn.init.uniform_(module.weight, 0.5, 1.5)
             torch.nn.init.normal_(module.bias, std=0.2)
             torch.nn.init.uniform_(module.running_var, 0.5, 1.5)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()))
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
     save_run(tmp_path / "net.pt", run)
     export(tmp_path / "net.pt", tmp_path / "net.onnx", size=64)
     return model.eval(), tmp_path / "net.onnx"
@@ -153,13 +154,28 @@ def exported(tmp_path):
 def test_a_network_from_its_file_gives_the_same_numbers_and_can_learn(exported):
     model, file = exported
     pictures = torch.rand(4, 3, 64, 96)
-    again = network_from_onnx(file, pictures)
+    again, size = network_from_onnx(file, pictures)
+    assert size == 64
     assert torch.equal(again.anchors, model.anchors)
     with torch.no_grad():
         for ours, theirs in zip(again.eval()(pictures), model(pictures), strict=True):
             torch.testing.assert_close(ours, theirs, rtol=0.02, atol=0.05)
         for ours, theirs in zip(again.train()(pictures), model(pictures), strict=True):
             torch.testing.assert_close(ours, theirs, rtol=0.02, atol=0.05)
+
+
+def test_anchors_grow_with_the_pictures(exported, data_set, tmp_path):
+    model, file = exported
+    sources = [load_source(data_set, list_samples(data_set), 128)]
+    settings = TrainSettings(long_side=128, batch=2, threads=1)
+    for weights in (file, tmp_path / "net.pt"):
+        run = start_run(sources, settings, None, weights)
+        assert run.size == 128
+        for network in (run.model, run.average.model):
+            torch.testing.assert_close(network.anchors, 2.0 * model.anchors)
+    save_run(tmp_path / "larger.pt", run)
+    again = start_run(sources, settings, tmp_path / "larger.pt")
+    torch.testing.assert_close(again.model.anchors, 2.0 * model.anchors)
 
 
 def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
@@ -171,7 +187,7 @@ def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
 def test_a_gradient_that_is_no_number_changes_nothing_and_ends_the_run_in_time():
     torch.manual_seed(0)
     model = Yolov5s(6, ANCHORS)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()))
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
     before = {name: value.clone() for name, value in run.average.model.state_dict().items()}
     gradient = ParallelGradient(model, 1)
     batch = Batch(torch.full((2, 3, 96, 96), float("nan")), torch.tensor([[0, 4, 20.0, 20.0, 30.0, 20.0]]))

@@ -40,6 +40,7 @@ class Run:
     model: Yolov5s
     average: Average
     optimiser: torch.optim.Optimizer
+    size: int  # longer side of the pictures that the anchors are meant for [px]
     step: int = 0
     seconds: float = 0.0
     best: float = -1.0
@@ -53,6 +54,7 @@ def save_run(path: Path, run: Run) -> None:
         "average": run.average.model.state_dict(),
         "average_steps": run.average.steps,
         "optimiser": run.optimiser.state_dict(),
+        "size": run.size,
         "step": run.step,
         "seconds": run.seconds,
         "best": run.best,

@@ -46,19 +46,22 @@ class Exported(nn.Module):
         return predictions(self.model, picture)
 
 
-def export(checkpoint: Path, path: Path, size: int = 416, shape: tuple[int, int] | None = None) -> None:
+def export(
+    checkpoint: Path, path: Path, size: int | None = None, shape: tuple[int, int] | None = None
+) -> None:
     """Write the averaged network of a checkpoint as ONNX and compare the two.
 
     Args:
         checkpoint: File of `checkpoint.save_run`.
         path: ONNX file to write.
-        size: Longer side of the input it is meant for [px].
+        size: Longer side of the input it is meant for [px]; without it that of the training.
         shape: Height and width, if the model shall take one shape only (TensorRT).
 
     Raises:
         ModelError: If the written model gives other numbers than the network.
     """
-    module = Exported(averaged_network(read_state(checkpoint)))
+    state = read_state(checkpoint)
+    module, size = Exported(averaged_network(state)), size or state["size"]
     model = half_weights(trace(module, shape or (size, size), fixed=shape is not None))
     add_metadata(model, size)
     onnx.checker.check_model(model)
@@ -141,7 +144,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Write a trained skin detector as ONNX.")
     parser.add_argument("checkpoint", type=Path)
     parser.add_argument("model", type=Path)
-    parser.add_argument("--size", type=int, default=416, help="longer side of the input [px]")
+    parser.add_argument("--size", type=int, help="longer side of the input [px]; else as in training")
     parser.add_argument("--shape", type=int, nargs=2, metavar=("HEIGHT", "WIDTH"), help="fix the input shape")
     arguments = parser.parse_args()
     try:

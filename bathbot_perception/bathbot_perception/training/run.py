@@ -56,21 +56,33 @@ def start_run(
     torch.manual_seed(settings.seed)
     if resume is not None:
         state = read_state(resume)
-        run = _run_with(averaged_network(state), settings)
+        run = _run_with(averaged_network(state), state["size"], settings)
         restore_run(run, state)
+        scale_anchors(run, settings.long_side)
         return run
     if weights is None:
-        return _run_with(Yolov5s(len(SKIN_CLASSES), new_anchors(sources, settings)), settings)
+        network = Yolov5s(len(SKIN_CLASSES), new_anchors(sources, settings))
+        return _run_with(network, settings.long_side, settings)
     if weights.suffix == ".onnx":
         random = np.random.default_rng(settings.seed)
         shown = draw_batch(sources, BatchSettings(_SHOWN, settings.long_side, 0.0, settings.shares), random)
-        return _run_with(network_from_onnx(weights, shown.pictures), settings)
-    return _run_with(averaged_network(read_state(weights)), settings)
+        return _run_with(*network_from_onnx(weights, shown.pictures), settings)
+    state = read_state(weights)
+    return _run_with(averaged_network(state), state["size"], settings)
 
 
-def _run_with(model: Yolov5s, settings: TrainSettings) -> Run:
+def _run_with(model: Yolov5s, size: int, settings: TrainSettings) -> Run:
     model = model.train().to(memory_format=torch.channels_last)
-    return Run(model, Average(model), make_optimiser(model, settings))
+    run = Run(model, Average(model), make_optimiser(model, settings), size)
+    scale_anchors(run, settings.long_side)
+    return run
+
+
+def scale_anchors(run: Run, size: int) -> None:
+    """Let the anchors grow with the pictures, so that every box keeps its anchor and its head."""
+    for network in (run.model, run.average.model):
+        network.anchors.mul_(size / run.size)
+    run.size = size
 
 
 def new_anchors(sources: list[Source], settings: TrainSettings) -> Tensor:

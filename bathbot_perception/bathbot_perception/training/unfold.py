@@ -14,8 +14,8 @@ from bathbot_perception.model_graph import full_weights
 from bathbot_perception.training.network import ConvBlock, Yolov5s
 
 
-def network_from_onnx(path: Path, pictures: Tensor) -> Yolov5s:
-    """The network of a float model that `export.export` wrote, with batch norms again.
+def network_from_onnx(path: Path, pictures: Tensor) -> tuple[Yolov5s, int]:
+    """The network of a float model that `export.export` wrote, with batch norms again; and its size [px].
 
     Args:
         path: ONNX file.
@@ -26,7 +26,9 @@ def network_from_onnx(path: Path, pictures: Tensor) -> Yolov5s:
         ModelError: If the file cannot be read or is not our network in float.
     """
     try:
-        stored = full_weights(onnx.load(path)).graph.initializer
+        model = full_weights(onnx.load(path))
+        size = int({item.key: item.value for item in model.metadata_props}["size"])
+        stored = model.graph.initializer
         weights = {item.name.removeprefix("model."): _tensor(item) for item in stored}
         network = Yolov5s(len(SKIN_CLASSES), weights["anchors"])
         _fill(network, weights, pictures)
@@ -35,7 +37,7 @@ def network_from_onnx(path: Path, pictures: Tensor) -> Yolov5s:
             f"cannot train on from {path}: {type(error).__name__} {error}; name a checkpoint, or a float "
             "model that `bathbot train detector` wrote"
         ) from error
-    return network.train()
+    return network.train(), size
 
 
 def _tensor(item: onnx.TensorProto) -> Tensor:
