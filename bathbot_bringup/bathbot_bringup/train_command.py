@@ -27,7 +27,7 @@ def detector(
     whole: list[Path] = typer.Option([], help="Data set of which every picture trains, such as renders."),
     held: list[Path] = typer.Option([], help="Data set of which every picture validates."),
     corrections: Path = typer.Option(None, help="JSON file of better boxes for training pictures."),
-    size: int = typer.Option(480, help="Longer side of the pictures in training [px], a multiple of 32."),
+    size: int = typer.Option(640, help="Longer side of the pictures in training [px], a multiple of 32."),
     batch: int = typer.Option(12, min=1, help="Pictures per step."),
     optimiser: str = typer.Option("adamw", help="adamw, or sgd as in the paper."),
     rate: float = typer.Option(None, help="Learning rate; 0.001 with sgd or on new data, see the docs."),

@@ -76,9 +76,7 @@ def measure(data: Data, curves: Path | None) -> dict[str, str]:
     for title, (folder, split) in track(data.items(), "data sets"):
         for model, conditions in ((_FLOAT, tuple(CONDITIONS)), (_INT8, ())):
             name = title if model == _FLOAT else f"{title}, INT8"
-            picture = (
-                curves / f"pr_{name.split(',')[0].replace(' ', '_')}.png" if curves and conditions else None
-            )
+            picture = curves / f"pr_{_file_name(title)}.png" if curves and conditions else None
             reports[name] = evaluate(folder, model, split=split, curves=picture, conditions=conditions)
     sizes = ", ".join(f"{file.name} {file.stat().st_size / 1e6:.2f} MB" for file in (_FLOAT, _INT8))
     confusions = [
@@ -91,6 +89,10 @@ def measure(data: Data, curves: Path | None) -> dict[str, str]:
         "tones": tone_table(reports),
         "confusion": "\n\n".join(confusions),
     }
+
+
+def _file_name(title: str) -> str:
+    return "_".join(title.replace(",", " ").split())
 
 
 def draw_pictures(folder: Path, pictures: Path) -> None:

@@ -15,7 +15,7 @@ class TrainSettings:
 
     minutes: float = 90.0
     """Budget of training time, without validation."""
-    long_side: int = 480
+    long_side: int = 640
     """Longer side of whole pictures in training [px]."""
     batch: int = 12
     optimiser: str = "adamw"
