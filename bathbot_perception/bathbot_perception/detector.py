@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import ModelError, PictureError
-from bathbot_perception.letterbox import STRIDE, Letterbox, fit_input, letterbox
+from bathbot_perception.letterbox import STRIDE, Letterbox, Letterboxing, fit_input
 from bathbot_perception.predictions import regions_from_predictions
 from bathbot_perception.regions import Region
 from bathbot_perception.skin_detector_settings import PROVIDERS, SkinDetectorSettings
@@ -36,6 +36,7 @@ class Detector:
     ) -> None:
         """Hold a session whose input was checked."""
         self._session, self._entry, self._settings = session, entry, settings
+        self._letterboxing: Letterboxing | None = None
         self.provider: str = session.get_providers()[0]
 
     @property
@@ -53,7 +54,7 @@ class Detector:
         return self._entry.size
 
     def detect(self, rgb: NDArray[np.uint8]) -> list[Region]:
-        """Find regions of bare skin.
+        """Find regions of bare skin. One thread at a time.
 
         Args:
             rgb: Picture, shape (H, W, 3).
@@ -69,11 +70,12 @@ class Detector:
                 f"the detector takes uint8 pictures of shape (H, W, 3), got {rgb.dtype} {rgb.shape}"
             )
         shape = rgb.shape[0], rgb.shape[1]
-        fit = self.fit(shape)
-        raw = self._session.run(None, {self._entry.name: letterbox(rgb, fit)})[0][0]
-        ours = self._settings
+        if self._letterboxing is None or self._letterboxing.picture != shape:
+            self._letterboxing = Letterboxing(shape, self.fit(shape))
+        letterboxing, ours = self._letterboxing, self._settings
+        raw = self._session.run(None, {self._entry.name: letterboxing(rgb)})[0][0]
         return regions_from_predictions(
-            raw, fit, shape, ours.score_threshold, ours.overlap_limit, ours.most_regions
+            raw, letterboxing.fit, shape, ours.score_threshold, ours.overlap_limit, ours.most_regions
         )
 
 

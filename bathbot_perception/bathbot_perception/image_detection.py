@@ -4,7 +4,7 @@ from sensor_msgs.msg import Image
 from vision_msgs.msg import Detection2DArray
 
 from bathbot_perception.detector import Detector
-from bathbot_perception.messages import colour_from_image, detections_from_regions
+from bathbot_perception.messages import DetectionMessages, colour_from_image
 from bathbot_perception.smoothing import Smoothing
 
 
@@ -13,13 +13,13 @@ class ImageDetection:
 
     def __init__(self, detector: Detector, smoothing: Smoothing) -> None:
         """Begin without a last picture."""
-        self._detector, self._smoothing = detector, smoothing
+        self._detector, self._smoothing, self._messages = detector, smoothing, DetectionMessages()
 
     def detect(self, image: Image) -> Detection2DArray:
-        """Regions of bare skin, with the header of the image, untouched.
+        """Regions of bare skin, with the header of the image, untouched; the next call changes the message.
 
         Raises:
             PictureError: On another encoding, or when the data do not fill the picture.
         """
         regions = self._smoothing.update(self._detector.detect(colour_from_image(image)))
-        return detections_from_regions(regions, image.header)
+        return self._messages.fill(regions, image.header)

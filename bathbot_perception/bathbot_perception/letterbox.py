@@ -63,6 +63,39 @@ def fit_input(picture: tuple[int, int], long_side: int, fixed: tuple[int, int] |
     return Letterbox(columns / width, rows / height, left, top, full[1], full[0])
 
 
+class Letterboxing:
+    """Makes inputs of pictures of one size, each in the memory of the one before.
+
+    Fresh memory for every picture would take as long as all the arithmetic.
+    """
+
+    def __init__(self, picture: tuple[int, int], fit: Letterbox) -> None:
+        """Lay the padding out.
+
+        Args:
+            picture: Height and width [px].
+            fit: Where pictures go, from `fit_input`.
+        """
+        self.picture, self.fit = picture, fit
+        height, width = picture
+        rows, columns = round(height * fit.scale_v), round(width * fit.scale_u)
+        self._interpolation = _interpolation(columns / width)
+        self._small = np.empty((rows, columns, 3), np.uint8)
+        self._colours = [np.empty((rows, columns), np.uint8) for _ in range(3)]
+        self._input = np.full((1, 3, fit.height, fit.width), np.float32(GREY / 255.0), np.float32)
+        self._inside = self._input[0, :, fit.top : fit.top + rows, fit.left : fit.left + columns]
+
+    def __call__(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """The input with a picture of shape (h, w, 3); the next call changes it."""
+        size = self._small.shape[1::-1]
+        cv2.resize(rgb, size, dst=self._small, interpolation=self._interpolation)
+        cv2.split(self._small, self._colours)
+        for plane, colour in zip(self._inside, self._colours, strict=True):
+            np.copyto(plane, colour)
+            plane *= np.float32(1.0 / 255.0)
+        return self._input
+
+
 def letterbox(picture: NDArray[np.uint8], fit: Letterbox) -> NDArray[np.float32]:
     """The network's input: RGB in [0, 1], shape (1, 3, fit.height, fit.width).
 
@@ -70,14 +103,7 @@ def letterbox(picture: NDArray[np.uint8], fit: Letterbox) -> NDArray[np.float32]
         picture: RGB, shape (h, w, 3).
         fit: Where it goes, from `fit_input`.
     """
-    height, width = picture.shape[:2]
-    columns, rows = round(width * fit.scale_u), round(height * fit.scale_v)
-    small = cv2.resize(picture, (columns, rows), interpolation=_interpolation(columns / width))
-    result = np.full((1, 3, fit.height, fit.width), np.float32(GREY / 255.0), np.float32)
-    inside = result[0, :, fit.top : fit.top + rows, fit.left : fit.left + columns]
-    for plane, colour in zip(inside, cv2.split(small), strict=True):
-        np.multiply(colour, np.float32(1.0 / 255.0), out=plane, dtype=np.float32)
-    return result
+    return Letterboxing(picture.shape[:2], fit)(picture)
 
 
 def _interpolation(scale: float) -> int:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 from vision_msgs.msg import (
-    BoundingBox2D,
     Detection2D,
     Detection2DArray,
     LabelInfo,
@@ -49,17 +48,30 @@ def colour_from_image(image: Any) -> NDArray[np.uint8]:
     return pixels if image.encoding == "rgb8" else np.ascontiguousarray(pixels[..., ::-1])
 
 
+class DetectionMessages:
+    """Detections filled anew for every picture; making such messages takes several times longer."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._pool: list[Detection2D] = []
+
+    def fill(self, regions: Sequence[Region], header: Header) -> Detection2DArray:
+        """Detections with the header of their image, untouched; the next call changes the message."""
+        while len(self._pool) < len(regions):
+            self._pool.append(Detection2D(results=[ObjectHypothesisWithPose()]))
+        used = self._pool[: len(regions)]
+        for detection, region in zip(used, regions, strict=True):
+            detection.header = header
+            hypothesis, box = detection.results[0].hypothesis, detection.bbox
+            hypothesis.class_id, hypothesis.score = region.name, region.score
+            box.size_x, box.size_y = region.size
+            box.center.position.x, box.center.position.y = region.centre
+        return Detection2DArray(header=header, detections=used)
+
+
 def detections_from_regions(regions: Sequence[Region], header: Header) -> Detection2DArray:
     """Detections with the header of the image they were found in, untouched."""
-    message = Detection2DArray(header=header)
-    for region in regions:
-        result = ObjectHypothesisWithPose()
-        result.hypothesis.class_id, result.hypothesis.score = region.name, region.score
-        width, height = region.size
-        box = BoundingBox2D(size_x=width, size_y=height)
-        box.center.position.x, box.center.position.y = region.centre
-        message.detections.append(Detection2D(header=header, results=[result], bbox=box))
-    return message
+    return DetectionMessages().fill(regions, header)
 
 
 def regions_from_detections(message: Detection2DArray) -> list[Region]:

@@ -31,17 +31,22 @@ def regions_from_predictions(
         overlap_limit: Of `suppress`.
         most: Number of regions to return at most.
     """
-    raw = raw[raw[:, 4] >= score_threshold]
+    raw = raw[np.flatnonzero(raw[:, 4] >= score_threshold)]
     scores = raw[:, 5:] * raw[:, 4:5]
     row, classes = np.nonzero(scores >= score_threshold)
     values = scores[row, classes]
     best = np.argsort(-values, kind="stable")[:MOST_CANDIDATES]
     row, classes, values = row[best], classes[best], values[best]
-    centre, half = raw[row, :2], raw[row, 2:4] / 2
-    boxes = fit.to_picture(np.concatenate([centre - half, centre + half], axis=1).astype(np.float64))
+    middle, half = raw[row, :2], raw[row, 2:4] / 2
+    boxes = fit.to_picture(np.concatenate([middle - half, middle + half], axis=1).astype(np.float64))
     height, width = picture
-    boxes = np.clip(boxes, 0.0, [width, height, width, height])
-    solid = np.all(boxes[:, 2:] > boxes[:, :2], axis=1)
+    np.minimum(np.maximum(boxes, 0.0, out=boxes), np.array([width, height, width, height]), out=boxes)
+    solid = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
     boxes, classes, values = boxes[solid], classes[solid], values[solid]
     kept = suppress(boxes, values, classes, overlap_limit)[:most]
-    return [Region(SKIN_CLASSES[classes[i]], float(values[i]), tuple(map(float, boxes[i]))) for i in kept]
+    return [
+        Region(SKIN_CLASSES[category], score, tuple(box))
+        for category, score, box in zip(
+            classes[kept].tolist(), values[kept].tolist(), boxes[kept].tolist(), strict=True
+        )
+    ]
