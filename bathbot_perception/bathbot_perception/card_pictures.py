@@ -81,4 +81,4 @@ def _tile(rgb: Picture, title: str) -> Picture:
 
 def _write(out: Path, rgb: Picture) -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(out), cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+    cv2.imwrite(str(out), cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 85])

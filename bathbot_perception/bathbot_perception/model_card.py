@@ -99,8 +99,8 @@ def draw_pictures(folder: Path, pictures: Path) -> None:
     """Sheets of conditions and of failures, from a data set whose pictures may be shown."""
     samples = choose_samples(folder, "all")
     detector = load(_FLOAT, replace(SkinDetectorSettings(), threads=2))
-    condition_sheet(detector, samples[len(samples) // 2], pictures / "detector_conditions.png")
-    failure_sheet(detector, samples, pictures / "detector_failures.png")
+    condition_sheet(detector, samples[len(samples) // 2], pictures / "detector_conditions.jpg")
+    failure_sheet(detector, samples, pictures / "detector_failures.jpg")
 
 
 def training_summary(run: Path) -> str:

@@ -81,13 +81,14 @@ def pixel_zeroing(picture: Picture, random: Random) -> Picture:
 
 
 def gaussian_blur(picture: Picture, random: Random) -> Picture:
-    """Gaussian blur, an unsharp lens."""
-    return effects.unsharp(picture, random.uniform(0.4, 1.8))
+    """Gaussian blur, an unsharp lens: up to 0.7 % of the longer side."""
+    return effects.unsharp(picture, max(picture.shape) * random.uniform(0.0008, 0.007))
 
 
 def motion_blur(picture: Picture, random: Random) -> Picture:
-    """Motion blur along a random direction."""
-    return effects.smear(picture, int(random.integers(3, 10)), random.uniform(0, np.pi))
+    """Motion blur along a random direction, up to 2.8 % of the longer side."""
+    length = max(round(max(picture.shape) * random.uniform(0.004, 0.028)), 3)
+    return effects.smear(picture, length, random.uniform(0, np.pi))
 
 
 def adaptive_histogram_equalisation(picture: Picture, random: Random) -> Picture:
@@ -179,8 +180,8 @@ PHOTOMETRIC: tuple[tuple[Callable[[Picture, Random], Picture], float], ...] = (
     (adaptive_histogram_equalisation, 0.05),
     (max_pooling, 0.03),
     (average_pooling, 0.08),
-    (gaussian_blur, 0.08),
-    (motion_blur, 0.05),
+    (gaussian_blur, 0.12),
+    (motion_blur, 0.1),
     (gaussian_noise, 0.10),
     (salt_and_pepper, 0.03),
     (random_pixels, 0.03),
