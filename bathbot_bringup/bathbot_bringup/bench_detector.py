@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.messages import image_from_colour
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_perception.detector import DEFAULT_MODEL, MODELS, Detector, load
 from bathbot_perception.image_detection import ImageDetection
@@ -15,10 +16,10 @@ from bathbot_perception.smoothing import Smoothing
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-from sensor_msgs.msg import Image
 
 from bathbot_bringup.bench_depth import machine
 from bathbot_bringup.errors import InputError
+from bathbot_bringup.messages import message_class
 from bathbot_bringup.result_file import write_json
 from bathbot_bringup.sim.render import render
 from bathbot_bringup.sim.scene import BathroomScene
@@ -73,16 +74,16 @@ def bench_detector(bench: DetectorBench, json_file: Path | None) -> None:
         write_json(json_file, numbers)
 
 
-def bench_image(seed: int) -> Image:
-    """A colour message of a simulated person, as the camera sends it."""
+def bench_image(seed: int) -> Any:
+    """A colour message (`Image`) of a simulated person, as the camera sends it."""
     scene, (width, height) = BathroomScene(seed), _CAMERA
     pinhole = Pinhole(width, height, _FOCAL * width, _FOCAL * width, 0.5 * width, 0.5 * height)
     rgb = np.ascontiguousarray(render(scene.stage(), pinhole, scene.T_base_camera).colour)
-    return Image(width=width, height=height, step=3 * width, encoding="rgb8", data=rgb.tobytes())
+    return image_from_colour(rgb, message_class("std_msgs/msg/Header")())
 
 
 def time_detectors(
-    detectors: dict[str, Detector], image: Image, rounds: int, console: Console
+    detectors: dict[str, Detector], image: Any, rounds: int, console: Console
 ) -> dict[str, Times]:
     """Medians over short blocks in which each model is alone, as in a node, and each has its turn.
 
@@ -100,7 +101,7 @@ def time_detectors(
     return {name: Times(*np.median(rows, axis=0).tolist()) for name, rows in taken.items()}
 
 
-def _calls(detector: Detector, image: Image) -> tuple[Callable[[], Any], Callable[[], Any]]:
+def _calls(detector: Detector, image: Any) -> tuple[Callable[[], Any], Callable[[], Any]]:
     """The node's work on an image, and the bare call of the runtime on the same."""
     detection, (session, name) = ImageDetection(detector, Smoothing(0.0)), detector.bare
     rgb = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)

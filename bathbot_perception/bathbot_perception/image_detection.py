@@ -1,7 +1,6 @@
 """From a camera's message to detections: all that the node does with a picture but hearing and publishing."""
 
-from sensor_msgs.msg import Image
-from vision_msgs.msg import Detection2DArray
+from typing import Any
 
 from bathbot_perception.detector import Detector
 from bathbot_perception.messages import DetectionMessages, colour_from_image
@@ -15,8 +14,10 @@ class ImageDetection:
         """Begin without a last picture."""
         self._detector, self._smoothing, self._messages = detector, smoothing, DetectionMessages()
 
-    def detect(self, image: Image) -> Detection2DArray:
-        """Regions of bare skin, with the header of the image, untouched; the next call changes the message.
+    def detect(self, image: Any) -> Any:
+        """Regions of bare skin as `Detection2DArray`, with the header of an `Image`, untouched.
+
+        The next call changes the message.
 
         Raises:
             PictureError: On another encoding, or when the data do not fill the picture.
