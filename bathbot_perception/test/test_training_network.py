@@ -131,7 +131,10 @@ def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
     assert model.stat().st_size < 15e6
     names = {region.name for region in load(model).detect(np.zeros((64, 64, 3), np.uint8))}
     assert names <= set(SKIN_CLASSES)
-    train([data_set], tmp_path / "fine", replace(settings, freeze_until=0.5), weights=model)
+    papers = replace(settings, freeze_until=0.5, optimiser="sgd", decay=0.01)
+    train([data_set], tmp_path / "fine", papers, weights=model)
+    longer = replace(papers, minutes=0.03)
+    train([data_set], tmp_path / "fine", longer, resume=tmp_path / "fine" / "last.pt")
     assert read_state(tmp_path / "fine" / "last.pt")["step"] > 0
 
 

@@ -90,7 +90,7 @@ def restore_run(run: Run, state: dict) -> None:
     run.average.steps = state["average_steps"]
     run.optimiser.load_state_dict(state["optimiser"])
     for group in run.optimiser.param_groups:
-        group["fused"], group["foreach"] = True, False
+        group["fused"], group["foreach"] = isinstance(run.optimiser, torch.optim.AdamW), False
     run.step, run.seconds, run.best = state["step"], state["seconds"], state["best"]
 
 

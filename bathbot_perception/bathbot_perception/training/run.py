@@ -38,7 +38,7 @@ def make_optimiser(model: Yolov5s, settings: TrainSettings) -> torch.optim.Optim
     free = [p for p in model.parameters() if p.ndim <= 1]
     groups = [{"params": shrinking, "weight_decay": settings.decay}, {"params": free, "weight_decay": 0.0}]
     if settings.optimiser == "sgd":
-        return torch.optim.SGD(groups, lr=settings.rate, momentum=0.937, nesterov=True, fused=True)
+        return torch.optim.SGD(groups, lr=settings.rate, momentum=0.937, nesterov=True)  # fused cannot thaw
     return torch.optim.AdamW(groups, lr=settings.rate, betas=(0.9, 0.99), fused=True)
 
 
