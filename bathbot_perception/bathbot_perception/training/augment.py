@@ -82,7 +82,7 @@ def pixel_zeroing(picture: Picture, random: Random) -> Picture:
 
 def gaussian_blur(picture: Picture, random: Random) -> Picture:
     """Gaussian blur, an unsharp lens: up to 0.7 % of the longer side."""
-    return effects.unsharp(picture, max(picture.shape) * random.uniform(0.0008, 0.007))
+    return effects.unsharp(picture, max(max(picture.shape) * random.uniform(0.0008, 0.007), 0.4))
 
 
 def motion_blur(picture: Picture, random: Random) -> Picture:
