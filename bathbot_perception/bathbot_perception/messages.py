@@ -69,13 +69,8 @@ class DetectionMessages:
         return Detection2DArray(header=header, detections=used)
 
 
-def detections_from_regions(regions: Sequence[Region], header: Header) -> Detection2DArray:
-    """Detections with the header of the image they were found in, untouched."""
-    return DetectionMessages().fill(regions, header)
-
-
 def regions_from_detections(message: Detection2DArray) -> list[Region]:
-    """The inverse of `detections_from_regions`; of several hypotheses the best counts."""
+    """The inverse of `DetectionMessages.fill`; of several hypotheses the best counts."""
     regions = []
     for detection in message.detections:
         if not detection.results:

@@ -3,8 +3,8 @@ import pytest
 from bathbot_perception.classes import LABELS, SKIN_CLASSES
 from bathbot_perception.errors import PictureError
 from bathbot_perception.messages import (
+    DetectionMessages,
     colour_from_image,
-    detections_from_regions,
     label_info,
     regions_from_detections,
 )
@@ -25,7 +25,7 @@ regions = st.builds(
 @given(st.lists(regions, max_size=5))
 def test_regions_survive_the_message(items):
     header = Header(stamp=Time(sec=5, nanosec=7), frame_id="camera")
-    message = detections_from_regions(items, header)
+    message = DetectionMessages().fill(items, header)
     assert message.header == header
     again = regions_from_detections(message)
     assert [(r.name, r.score) for r in again] == [(r.name, r.score) for r in items]

@@ -177,8 +177,9 @@ def test_anchors_grow_with_the_pictures(exported, data_set, tmp_path):
         for network in (run.model, run.average.model):
             torch.testing.assert_close(network.anchors, 2.0 * model.anchors)
     save_run(tmp_path / "larger.pt", run)
-    again = start_run(sources, settings, tmp_path / "larger.pt")
-    torch.testing.assert_close(again.model.anchors, 2.0 * model.anchors)
+    again = start_run(sources, replace(settings, long_side=192), tmp_path / "larger.pt")
+    assert again.size == 192
+    torch.testing.assert_close(again.model.anchors, 3.0 * model.anchors)
 
 
 def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):

@@ -73,7 +73,7 @@ def read_state(path: Path) -> dict:
     """
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
-        classes = list(state["classes"])
+        classes, state["size"] = list(state["classes"]), int(state["size"])
     except Exception as error:
         raise ModelError(
             f"cannot use {path} as a checkpoint: {error}; start a new run without --resume"
@@ -91,7 +91,7 @@ def restore_run(run: Run, state: dict) -> None:
     run.optimiser.load_state_dict(state["optimiser"])
     for group in run.optimiser.param_groups:
         group["fused"], group["foreach"] = isinstance(run.optimiser, torch.optim.AdamW), False
-    run.step, run.seconds, run.best = state["step"], state["seconds"], state["best"]
+    run.size, run.step, run.seconds, run.best = (state[key] for key in ("size", "step", "seconds", "best"))
 
 
 def averaged_network(state: dict) -> Yolov5s:
