@@ -35,6 +35,10 @@ def print_detector(result: Mapping[str, Any], console: Console | None = None) ->
         table.add_row(name, str(result["boxes"][name]), _shown(precision))
     for key in ("map50", "map50_95"):
         table.add_row(key, "", _shown(result[key]))
+    if result["difficult"]:
+        table.add_row(
+            "map50, difficult ones too", str(result["difficult"]), _shown(result["map50_with_difficult"])
+        )
     table.add_row(
         "ms per picture", "", f"{result['ms_per_image_p50']} ({result['provider']}, {result['size_px']} px)"
     )

@@ -29,7 +29,7 @@ def detector(
     corrections: Path = typer.Option(None, help="JSON file of better boxes for training pictures."),
     size: int = typer.Option(640, help="Longer side of the pictures in training [px], a multiple of 32."),
     batch: int = typer.Option(12, min=1, help="Pictures per step."),
-    optimiser: str = typer.Option("adamw", help="adamw, or sgd as in the paper."),
+    optimiser: str = typer.Option(None, help="adamw, the default, or sgd as in the paper."),
     rate: float = typer.Option(0.001, help="Learning rate after warm-up."),
     decay: float = typer.Option(None, help="Weight decay; 0.01 with sgd, else 0.02."),
     frozen: float = typer.Option(None, min=0.0, max=0.9, help="Share of the time with a frozen backbone."),
@@ -55,6 +55,8 @@ def detector(
             raise InputError(f"there is no {path}; data sets are folders with images/ and annotations/")
     if sum(map(bool, (weights, scratch, resume))) > 1:
         raise InputError("--weights, --scratch and --resume exclude each other; choose one")
+    if resume and any(value is not None for value in (optimiser, decay, frozen)):
+        raise InputError("a run that goes on keeps its optimiser, decay and frozen share; leave them out")
     if find_spec("torch") is None:
         raise InputError(
             "training needs PyTorch, which is not installed here; run `pip install torch` and try again"
@@ -68,7 +70,7 @@ def detector(
         "--minutes": minutes,
         "--long-side": size,
         "--batch": batch,
-        "--optimiser": optimiser,
+        "--optimiser": optimiser or "adamw",
         "--rate": rate,
         "--decay": decay if decay is not None else 0.01 if paper else 0.02,
         "--freeze-until": frozen if frozen is not None else 0.0 if scratch else 0.2,

@@ -66,6 +66,7 @@ def test_every_command_explains_itself(capsys):
     pytest.param("simulate marker --out x --poses 0", "got '0'", id="simulated poses"),
     pytest.param("train detector nowhere --out x", "there is no nowhere", id="training data"),
     pytest.param("train detector . --out x --scratch --resume .", "exclude each other", id="two beginnings"),
+    pytest.param("train detector . --out x --resume . --optimiser sgd", "leave them out", id="optimiser"),
     pytest.param("train detector . --out x --corrections nowhere", "there is no nowhere", id="corrections"),
     pytest.param("evaluate regions --region nose", "no region is named 'nose'", id="region to find"),
     pytest.param("evaluate regions --seeds x", "seeds are numbers and ranges", id="seeds to look at"),

@@ -3,7 +3,8 @@
 A detection is right (TP) if it overlaps a true box of its picture and class by at least the
 threshold and no better detection has taken that box; each true box left over is missed (FN).
 Average precision is the area under the precision-recall curve at all its points, with
-precision made to fall (each point takes the best precision at its recall or above).
+precision made to fall (each point takes the best precision at its recall or above). A detection
+of a box marked difficult counts neither way.
 """
 
 from collections.abc import Sequence
@@ -29,10 +30,11 @@ class PrecisionRecall(NamedTuple):
 
 
 class PictureResult(NamedTuple):
-    """What is in a picture and what was found in it."""
+    """What is in a picture, what was found in it, and what nobody is blamed for, see `voc.Annotation`."""
 
     truths: Sequence[Region]
     detections: Sequence[Region]
+    difficult: Sequence[Region] = ()
 
 
 def match_detections(truths: Array, detections: Array, threshold: float) -> NDArray[np.bool_]:
@@ -61,17 +63,23 @@ def precision_recall(results: Sequence[PictureResult], name: str, threshold: flo
     """Curve of one class over many pictures, Eqs. (1)-(2)."""
     scores, right, truths = [np.zeros(0)], [np.zeros(0, dtype=bool)], 0
     for result in results:
-        true_boxes = np.array([r.box for r in result.truths if r.name == name], dtype=float).reshape(-1, 4)
         found = sorted((r for r in result.detections if r.name == name), key=lambda r: -r.score)
-        boxes = np.array([r.box for r in found], dtype=float).reshape(-1, 4)
+        true_boxes, boxes = _boxes(result.truths, name), _boxes(found, name)
         truths += len(true_boxes)
-        scores.append(np.array([r.score for r in found]))
-        right.append(match_detections(true_boxes, boxes, threshold))
+        hits = match_detections(true_boxes, boxes, threshold)
+        excused = overlap(boxes, _boxes(result.difficult, name)).max(axis=1, initial=0.0) >= threshold
+        counted = hits | ~excused
+        scores.append(np.array([r.score for r in found])[counted])
+        right.append(hits[counted])
     all_scores, all_right = np.concatenate(scores), np.concatenate(right)
     order = np.argsort(-all_scores, kind="stable")
     hits = np.cumsum(all_right[order])
     tried = np.arange(1, len(order) + 1)
     return PrecisionRecall(hits / max(truths, 1), hits / tried, all_scores[order], truths)
+
+
+def _boxes(regions: Sequence[Region], name: str) -> Array:
+    return np.array([r.box for r in regions if r.name == name], dtype=float).reshape(-1, 4)
 
 
 def average_precision(curve: PrecisionRecall) -> float:

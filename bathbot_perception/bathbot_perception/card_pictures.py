@@ -7,13 +7,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_perception.average_precision import match_detections
+from bathbot_perception.average_precision import PictureResult, precision_recall
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.conditions import CONDITIONS, STRENGTHS, disturbed
 from bathbot_perception.detector import Detector
 from bathbot_perception.draw import draw_regions
 from bathbot_perception.evaluate import labelled_picture
-from bathbot_perception.regions import Region
 from bathbot_perception.voc import Sample
 
 Picture = NDArray[np.uint8]
@@ -22,8 +21,8 @@ _TILE = (320, 240)  # width and height [px]
 
 def condition_sheet(detector: Detector, sample: Sample, out: Path) -> None:
     """One picture under every condition (down) at every strength (across), with what is found then."""
-    truths, rgb = labelled_picture(sample)
-    boxes = np.array([region.box for region in truths]).reshape(-1, 4)
+    annotation, rgb = labelled_picture(sample)
+    boxes = np.array([region.box for region in annotation.regions]).reshape(-1, 4)
     rows = []
     for name in CONDITIONS:
         tiles = []
@@ -38,33 +37,31 @@ def failure_sheet(detector: Detector, samples: Sequence[Sample], out: Path, coun
     """The pictures with the most missed and wrong boxes: truth at the left, found at the right."""
     looks = []
     for sample in samples:
-        truths, rgb = labelled_picture(sample)
-        found = detector.detect(rgb)
-        looks.append((mistakes(truths, found), rgb, truths, found))
+        annotation, rgb = labelled_picture(sample)
+        result = PictureResult(annotation.regions, detector.detect(rgb), annotation.difficult)
+        looks.append((mistakes(result), rgb, result))
     looks.sort(key=lambda look: -look[0])
     rows = [
         np.hstack(
             [
-                _tile(draw_regions(rgb, truths), "true"),
-                _tile(draw_regions(rgb, found), f"found, {wrong} mistakes"),
+                _tile(draw_regions(rgb, result.truths), "true"),
+                _tile(draw_regions(rgb, result.detections), f"found, {wrong} mistakes"),
             ]
         )
-        for wrong, rgb, truths, found in looks[:count]
+        for wrong, rgb, result in looks[:count]
     ]
     columns = [np.vstack(rows[side::2]) for side in range(2)] if len(rows) % 2 == 0 else [np.vstack(rows)]
     _write(out, np.hstack(columns))
 
 
-def mistakes(truths: Sequence[Region], found: Sequence[Region]) -> int:
+def mistakes(result: PictureResult) -> int:
     """Missed and wrong boxes at an overlap of 0.5."""
     count = 0
     for name in SKIN_CLASSES:
-        true_boxes, boxes = (
-            np.array([region.box for region in regions if region.name == name]).reshape(-1, 4)
-            for regions in (truths, found)
-        )
-        right = int(match_detections(true_boxes, boxes, 0.5).sum())
-        count += len(true_boxes) + len(boxes) - 2 * right
+        curve = precision_recall([result], name)
+        found = len(curve.scores)
+        right = round(float(curve.precision[-1]) * found) if found else 0
+        count += curve.truths + found - 2 * right
     return count
 
 

@@ -18,7 +18,7 @@ def confusion(
     """Count regions by true class (row) and found class (column), shape (7, 7); the last is background.
 
     Pairs are made by falling overlap, whatever their classes. A true region without a pair was taken for
-    background, a found one without a pair was background.
+    background, a found one without a pair was background, unless a difficult region lies there.
 
     Args:
         results: Truth and detections of every picture.
@@ -33,6 +33,9 @@ def confusion(
         shared = overlap(
             np.array([region.box for region in result.truths]), np.array([region.box for region in found])
         )
+        hard = overlap(
+            np.array([region.box for region in found]), np.array([region.box for region in result.difficult])
+        ).max(axis=1, initial=0.0)
         free_true, free_found = set(range(len(true_ids))), set(range(len(found_ids)))
         for flat in np.argsort(-shared, axis=None, kind="stable"):
             row, column = np.unravel_index(flat, shared.shape)
@@ -44,6 +47,6 @@ def confusion(
                 counts[true_ids[row], found_ids[column]] += 1
         for row in free_true:
             counts[true_ids[row], BACKGROUND] += 1
-        for column in free_found:
+        for column in (column for column in free_found if hard[column] < overlap_limit):
             counts[BACKGROUND, found_ids[column]] += 1
     return counts

@@ -24,11 +24,10 @@ from bathbot_perception.confusion import confusion
 from bathbot_perception.detector import Detector, load
 from bathbot_perception.errors import AnnotationError, SettingsError
 from bathbot_perception.pictures import read_picture
-from bathbot_perception.regions import Region
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 from bathbot_perception.skin_tone import THIRDS, thirds, typology_angle
 from bathbot_perception.splits import split_samples
-from bathbot_perception.voc import Sample, check_size, list_samples, read_annotation, read_checked
+from bathbot_perception.voc import Annotation, Sample, check_size, list_samples, read_annotation, read_checked
 
 LEAST_SCORE = 0.01
 """Detections down to this score enter the curves."""
@@ -66,8 +65,9 @@ def evaluate(
     Returns:
         `map50`, `map50_95`, `ap50` per class (None where a class does not occur), `images`, `boxes` per
         class, `confusion` (rows true, columns found, background last), `conditions` {name: {strength:
-        mAP50}}, with the thirds of `skin_tone` among them, `ita_deg` between these thirds,
-        `ms_per_image_p50`, `size_px`, `provider`, `model`.
+        mAP50}}, with the thirds of `skin_tone` among them, `ita_deg` between these thirds, `difficult`
+        (number of boxes marked so, which count neither way), `map50_with_difficult` (as if they were like
+        all others), `ms_per_image_p50`, `size_px`, `provider`, `model`.
 
     Raises:
         PerceptionError: On an unusable data set, picture or model, or an unknown condition.
@@ -110,6 +110,10 @@ def evaluate(
         "boxes": {name: precision_recall(clean.results, name).truths for name in SKIN_CLASSES},
         "confusion": confusion(clean.results, settings.score_threshold).tolist(),
         "conditions": tables,
+        "difficult": sum(len(result.difficult) for result in clean.results),
+        "map50_with_difficult": _map50(
+            [PictureResult((*r.truths, *r.difficult), r.detections) for r in clean.results]
+        ),
         "ita_deg": [round(float(v), 1) for v in np.quantile(known, [1 / 3, 2 / 3])] if known else [],
         "ms_per_image_p50": round(1e3 * float(np.median(clean.durations)), 2),
         "size_px": detector.size,
@@ -138,27 +142,27 @@ def choose_samples(dataset: Path, split: str) -> list[Sample]:
     return samples
 
 
-def labelled_picture(sample: Sample) -> tuple[Sequence[Region], NDArray[np.uint8]]:
-    """True regions and RGB of a sample.
+def labelled_picture(sample: Sample) -> tuple[Annotation, NDArray[np.uint8]]:
+    """Annotation and RGB of a sample.
 
     Raises:
         PerceptionError: If one of the files cannot be read or they are of different sizes.
     """
     annotation, rgb = read_annotation(sample.annotation), read_picture(sample.picture).rgb
     check_size(sample, annotation, rgb.shape)
-    return annotation.regions, rgb
+    return annotation, rgb
 
 
 def examine(detector: Detector, samples: Sequence[Sample], tell: Callable[[], None]) -> Examined:
     """Truth, detections, time and skin tone of every picture; `tell` is called after each."""
     examined = Examined([], [], [])
     for sample in samples:
-        truths, rgb = labelled_picture(sample)
+        annotation, rgb = labelled_picture(sample)
         begun = time.perf_counter()
         detections = detector.detect(rgb)
         examined.durations.append(time.perf_counter() - begun)
-        examined.results.append(PictureResult(truths, detections))
-        examined.angles.append(typology_angle(rgb, truths))
+        examined.results.append(PictureResult(annotation.regions, detections, annotation.difficult))
+        examined.angles.append(typology_angle(rgb, annotation.regions))
         tell()
     return examined
 
@@ -169,10 +173,10 @@ def examine_under(
     """Truth and detections of every picture under a condition of `conditions.CONDITIONS`."""
     results = []
     for sample in samples:
-        truths, rgb = labelled_picture(sample)
-        boxes = np.array([region.box for region in truths]).reshape(-1, 4)
+        annotation, rgb = labelled_picture(sample)
+        boxes = np.array([region.box for region in annotation.regions]).reshape(-1, 4)
         picture = disturbed(rgb, boxes, condition, strength, sample.picture.stem)
-        results.append(PictureResult(truths, detector.detect(picture)))
+        results.append(PictureResult(annotation.regions, detector.detect(picture), annotation.difficult))
         tell()
     return results
 

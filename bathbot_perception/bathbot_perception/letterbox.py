@@ -92,7 +92,7 @@ class Letterboxing:
         cv2.split(self._small, self._colours)
         for plane, colour in zip(self._inside, self._colours, strict=True):
             np.copyto(plane, colour)
-            plane *= np.float32(1.0 / 255.0)
+        self._inside *= np.float32(1.0 / 255.0)
         return self._input
 
 

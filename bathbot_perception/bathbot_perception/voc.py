@@ -14,12 +14,17 @@ PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
 
 
 class Annotation(NamedTuple):
-    """The labelled boxes of one picture; every `Region.score` is 1."""
+    """The labelled boxes of one picture; every `Region.score` is 1.
+
+    `difficult` are the boxes marked so: what they hold can hardly be told. As in the PASCAL VOC challenge, a
+    detector neither gains by finding them nor loses by missing them.
+    """
 
     filename: str
     width: int
     height: int
     regions: tuple[Region, ...]
+    difficult: tuple[Region, ...] = ()
 
 
 class Sample(NamedTuple):
@@ -40,13 +45,17 @@ def read_annotation(path: Path) -> Annotation:
         width, height = (int(float(_text(root, f"size/{key}"))) for key in ("width", "height"))
         if width <= 0 or height <= 0:
             raise ValueError(f"its size is {width}x{height}")
-        regions = tuple(_region(node, width, height) for node in root.findall("object"))
+        objects = [(_difficult(node), _region(node, width, height)) for node in root.findall("object")]
     except (OSError, ElementTree.ParseError, ValueError) as error:
         raise AnnotationError(
             f"cannot use {path} as PASCAL VOC: {error}; rewrite it with LabelImg"
         ) from error
     filename = root.findtext("filename") or path.stem
-    return Annotation(filename, width, height, tuple(r for r in regions if r.name != BACKGROUND))
+    plain, difficult = (
+        tuple(region for hard, region in objects if hard == wanted and region.name != BACKGROUND)
+        for wanted in (False, True)
+    )
+    return Annotation(filename, width, height, plain, difficult)
 
 
 def check_size(sample: Sample, annotation: Annotation, shape: tuple[int, ...]) -> None:
@@ -68,6 +77,13 @@ def _text(node: ElementTree.Element, key: str) -> str:
     if text is None:
         raise ValueError(f"it has no <{key}>")
     return text
+
+
+def _difficult(node: ElementTree.Element) -> bool:
+    said = node.findtext("difficult", "0").strip()
+    if said not in ("0", "1"):
+        raise ValueError(f"<difficult> is {said!r}, want 0 or 1")
+    return said == "1"
 
 
 def _region(node: ElementTree.Element, width: int, height: int) -> Region:
@@ -92,9 +108,11 @@ def write_annotation(path: Path, annotation: Annotation) -> None:
     size = ElementTree.SubElement(root, "size")
     for key, value in (("width", annotation.width), ("height", annotation.height), ("depth", 3)):
         ElementTree.SubElement(size, key).text = str(value)
-    for region in annotation.regions:
+    marked = [("0", region) for region in annotation.regions] + [("1", r) for r in annotation.difficult]
+    for difficult, region in marked:
         node = ElementTree.SubElement(root, "object")
         ElementTree.SubElement(node, "name").text = region.name
+        ElementTree.SubElement(node, "difficult").text = difficult
         corners = ElementTree.SubElement(node, "bndbox")
         for key, value in zip(("xmin", "ymin", "xmax", "ymax"), region.box, strict=True):
             ElementTree.SubElement(corners, key).text = f"{value:.2f}".rstrip("0").rstrip(".")

@@ -79,3 +79,29 @@ def test_classes_that_do_not_occur_are_left_out_of_the_mean():
 def test_missing_every_box_is_zero():
     result = [PictureResult([found(HAND, 1.0, 0)], [])]
     assert mean_average_precision(result, (HAND,)) == 0.0
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 8), st.floats(0, 1), st.floats(0, 12)), max_size=12),
+    st.sets(st.integers(0, 8), min_size=1),
+    st.sets(st.integers(0, 8)),
+)
+def test_difficult_boxes_never_lower_the_precision(guesses, plain, hard):
+    truths, difficult = [found(HAND, 1.0, i) for i in plain], [found(HAND, 1.0, i) for i in hard - plain]
+    detections = [found(HAND, s, i, shift) for i, s, shift in guesses]
+    without, excused = (
+        precision_recall([PictureResult(truths, detections, some)], HAND) for some in ((), difficult)
+    )
+    assert average_precision(excused) >= average_precision(without) - 1e-12
+    assert excused.truths == without.truths
+    assert excused.recall[-1:].tolist() == without.recall[-1:].tolist() or not len(excused.recall)
+
+
+def test_finding_a_difficult_box_is_neither_right_nor_wrong():
+    """Right, excused, wrong, right of 2 boxes: precision 1, 1/2, 2/3 at recall 1/2, 1/2, 1."""
+    truths = [found(HAND, 1.0, i) for i in range(2)]
+    detections = [found(HAND, s, i) for i, s in ((0, 0.9), (4, 0.8), (7, 0.7), (1, 0.6))]
+    difficult = [found(HAND, 1.0, 4), found(FACE, 1.0, 7)]
+    curve = precision_recall([PictureResult(truths, detections, difficult)], HAND)
+    assert curve.recall.tolist() == pytest.approx([0.5, 0.5, 1.0])
+    assert curve.precision.tolist() == pytest.approx([1.0, 0.5, 2.0 / 3.0])

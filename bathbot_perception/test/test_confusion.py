@@ -44,3 +44,11 @@ def test_by_hand():
     expected[ID["Foot_skin"], BACKGROUND] = 1
     expected[BACKGROUND, ID["Face_skin"]] = 1
     assert (counts == expected).all()
+
+
+@given(truths=regions, found=regions, hard=regions)
+def test_difficult_regions_only_excuse_what_lies_on_them(truths, found, hard):
+    plain, excused = (confusion([PictureResult(truths, found, some)], 0.0) for some in ((), hard))
+    assert (plain[:BACKGROUND] == excused[:BACKGROUND]).all()
+    assert (plain[BACKGROUND] >= excused[BACKGROUND]).all()
+    assert not confusion([PictureResult([], hard, hard)], 0.0).any()

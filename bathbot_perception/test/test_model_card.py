@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from bathbot_perception.average_precision import PictureResult
 from bathbot_perception.card_pictures import condition_sheet, failure_sheet, mistakes
 from bathbot_perception.card_tables import accuracy_table, condition_table, confusion_table, tone_table
 from bathbot_perception.classes import SKIN_CLASSES
@@ -37,8 +38,8 @@ def report(**changes):
     conditions = {name: {"mild": 0.5, "middle": 0.45, "strong": None} for name in CONDITIONS}
     conditions["skin_tone"] = {"lightest": 0.6, "middle": 0.5, "darkest": 0.4}
     whole = {
-        "images": 3, "map50": 0.5, "map50_95": 0.25, "ap50": ap50, "conditions": conditions,
-        "ita_deg": [10.0, 41.4], "confusion": np.eye(7, dtype=int).tolist(),
+        "images": 3, "map50": 0.5, "map50_with_difficult": 0.4, "map50_95": 0.25, "ap50": ap50,
+        "conditions": conditions, "ita_deg": [10.0, 41.4], "confusion": np.eye(7, dtype=int).tolist(),
     }  # fmt: skip
     return whole | changes
 
@@ -46,7 +47,8 @@ def report(**changes):
 def test_the_accuracy_shows_every_class():
     table = accuracy_table({"photos": report()})
     assert (
-        table.splitlines()[2] == "| photos | 3 | 0.500 | 0.250 | 0.500 | 0.500 | 0.500 | 0.500 | 0.500 | - |"
+        table.splitlines()[2]
+        == "| photos | 3 | 0.500 | 0.400 | 0.250 | 0.500 | 0.500 | 0.500 | 0.500 | 0.500 | - |"
     )
 
 
@@ -80,9 +82,10 @@ def test_sheets_show_conditions_and_the_worst_pictures(write_model, tmp_path):
     assert cv2.imread(str(tmp_path / "new" / "conditions.png")).shape == (258 * len(CONDITIONS), 960, 3)
     assert cv2.imread(str(tmp_path / "failures.png")).shape == (258, 1280, 3)
     hand = detector.detect(np.full((64, 128, 3), 90, np.uint8))
-    assert mistakes(hand, hand) == 0
-    assert mistakes([], hand) == 1
-    assert mistakes([Region("Foot_skin", 1.0, hand[0].box)], hand) == 2
+    assert mistakes(PictureResult(hand, hand)) == 0
+    assert mistakes(PictureResult([], hand)) == 1
+    assert mistakes(PictureResult([], hand, hand)) == 0
+    assert mistakes(PictureResult([Region("Foot_skin", 1.0, hand[0].box)], hand)) == 2
 
 
 def test_the_training_summary_is_read_from_the_log(tmp_path):

@@ -133,9 +133,12 @@ def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
     assert names <= set(SKIN_CLASSES)
     papers = replace(settings, freeze_until=0.5, optimiser="sgd", decay=0.01)
     train([data_set], tmp_path / "fine", papers, weights=model)
-    longer = replace(papers, minutes=0.03)
+    longer = replace(settings, minutes=0.03)
     train([data_set], tmp_path / "fine", longer, resume=tmp_path / "fine" / "last.pt")
-    assert read_state(tmp_path / "fine" / "last.pt")["step"] > 0
+    state = read_state(tmp_path / "fine" / "last.pt")
+    assert state["step"] > 0
+    assert (state["optimiser_name"], state["freeze_until"]) == ("sgd", 0.5)
+    assert [group["weight_decay"] for group in state["optimiser"]["param_groups"]] == [0.01, 0.0]
 
 
 @pytest.fixture
@@ -148,7 +151,7 @@ def exported(tmp_path):
             torch.nn.init.uniform_(module.weight, 0.5, 1.5)
             torch.nn.init.normal_(module.bias, std=0.2)
             torch.nn.init.uniform_(module.running_var, 0.5, 1.5)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64, "adamw")
     save_run(tmp_path / "net.pt", run)
     export(tmp_path / "net.pt", tmp_path / "net.onnx", size=64)
     return model.eval(), tmp_path / "net.onnx"
@@ -191,7 +194,7 @@ def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
 def test_a_gradient_that_is_no_number_changes_nothing_and_ends_the_run_in_time():
     torch.manual_seed(0)
     model = Yolov5s(6, ANCHORS)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64, "adamw")
     before = {name: value.clone() for name, value in run.average.model.state_dict().items()}
     gradient = ParallelGradient(model, 1)
     batch = Batch(torch.full((2, 3, 96, 96), float("nan")), torch.tensor([[0, 4, 20.0, 20.0, 30.0, 20.0]]))

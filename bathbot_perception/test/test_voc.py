@@ -16,16 +16,17 @@ regions = st.builds(
 )  # fmt: skip
 
 
-@given(st.lists(regions, max_size=6))
-def test_an_annotation_survives_the_file(tmp_path_factory, items):
+@given(st.lists(regions, max_size=6), st.lists(regions, max_size=3))
+def test_an_annotation_survives_the_file(tmp_path_factory, plain, difficult):
     path = tmp_path_factory.getbasetemp() / "one.xml"
-    annotation = Annotation("one.jpg", 200, 300, tuple(items))
+    annotation = Annotation("one.jpg", 200, 300, tuple(plain), tuple(difficult))
     write_annotation(path, annotation)
     again = read_annotation(path)
     assert again[:3] == annotation[:3]
-    assert [r.name for r in again.regions] == [r.name for r in items]
-    for ours, theirs in zip(again.regions, items, strict=True):
-        assert ours.box == pytest.approx(theirs.box, abs=0.006)
+    for read, written in ((again.regions, plain), (again.difficult, difficult)):
+        assert [r.name for r in read] == [r.name for r in written]
+        for ours, theirs in zip(read, written, strict=True):
+            assert ours.box == pytest.approx(theirs.box, abs=0.006)
 
 
 def voc(name="Hand_skin", box=(1, 2, 30, 40), size="<size><width>100</width><height>50</height></size>"):
@@ -43,6 +44,11 @@ def voc(name="Hand_skin", box=(1, 2, 30, 40), size="<size><width>100</width><hei
         pytest.param(voc(box=(30, 2, 30, 40)), "empty or outside", id="empty box"),
         pytest.param(voc(box=(130, 2, 150, 40)), "empty or outside", id="box outside"),
         pytest.param(voc(box=("a", 2, 30, 40)), "could not convert", id="no number"),
+        pytest.param(
+            voc(name="Hand_skin</name><difficult>yes</difficult><name>"),
+            "<difficult> is 'yes'",
+            id="difficult",
+        ),
         pytest.param(
             voc(size="<size><width>0</width><height>5</height></size>"), "its size is 0x5", id="no pixels"
         ),

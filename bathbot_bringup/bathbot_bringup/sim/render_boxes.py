@@ -17,6 +17,11 @@ from bathbot_bringup.sim.body import CLASS_NAMES, Side
 
 SMALLEST_SIDE = 12  # [px]; smaller boxes are dropped
 SMALLEST_PIECE = 12  # [px]; smaller specks of skin do not stretch a box
+NARROW = 1 / 32
+"""Share of a picture's width below which the shorter side of a box makes it difficult.
+
+At a metre from a D455 this is the width of the brush, 5 cm: what is narrower cannot be washed.
+"""
 
 
 class SkinBox(NamedTuple):
@@ -53,7 +58,7 @@ def skin_boxes(parts: NDArray[np.uint8], sides: NDArray[np.uint8]) -> list[SkinB
 
 
 def write_voc(path: Path, image_name: str, shape: tuple[int, int], boxes: list[SkinBox]) -> None:
-    """Write a PASCAL VOC annotation; its bounds count from 1.
+    """Write a PASCAL VOC annotation; its bounds count from 1, boxes that are `NARROW` are marked difficult.
 
     Args:
         path: The .xml file.
@@ -70,7 +75,8 @@ def write_voc(path: Path, image_name: str, shape: tuple[int, int], boxes: list[S
     for box in boxes:
         thing = ElementTree.SubElement(root, "object")
         ElementTree.SubElement(thing, "name").text = CLASS_NAMES[box.part]
-        ElementTree.SubElement(thing, "difficult").text = "0"
+        side = min(box.right - box.left, box.bottom - box.top) + 1
+        ElementTree.SubElement(thing, "difficult").text = str(int(side < NARROW * shape[1]))
         bounds = ElementTree.SubElement(thing, "bndbox")
         for name, value in zip(("xmin", "ymin", "xmax", "ymax"), box[1:], strict=True):
             ElementTree.SubElement(bounds, name).text = str(value + 1)

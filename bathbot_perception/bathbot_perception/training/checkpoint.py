@@ -41,6 +41,8 @@ class Run:
     average: Average
     optimiser: torch.optim.Optimizer
     size: int  # longer side of the pictures that the anchors are meant for [px]
+    optimiser_name: str  # key of `train_settings.OPTIMISERS`
+    freeze_until: float = 0.0  # share of the budget with a frozen backbone
     step: int = 0
     seconds: float = 0.0
     best: float = -1.0
@@ -55,6 +57,8 @@ def save_run(path: Path, run: Run) -> None:
         "average_steps": run.average.steps,
         "optimiser": run.optimiser.state_dict(),
         "size": run.size,
+        "optimiser_name": run.optimiser_name,
+        "freeze_until": run.freeze_until,
         "step": run.step,
         "seconds": run.seconds,
         "best": run.best,
@@ -74,6 +78,8 @@ def read_state(path: Path) -> dict:
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
         classes, state["size"] = list(state["classes"]), int(state["size"])
+        state.setdefault("optimiser_name", "adamw")  # not in the oldest checkpoints
+        state.setdefault("freeze_until", 0.0)
     except Exception as error:
         raise ModelError(
             f"cannot use {path} as a checkpoint: {error}; start a new run without --resume"

@@ -20,7 +20,7 @@ UNCHECKED_WEIGHT = 0.6
 
 
 def load_example(sample: Sample, long_side: int, corrected: Sequence[Region] | None = None) -> Example:
-    """Read a picture and its boxes, the longer side shrunk to `long_side` [px] if it is longer.
+    """Read a picture and its boxes, difficult ones too, shrunk if its longer side exceeds `long_side` [px].
 
     Args:
         sample: Picture and boxes.
@@ -40,7 +40,7 @@ def load_example(sample: Sample, long_side: int, corrected: Sequence[Region] | N
     if scale < 1.0:
         size = (round(width * scale), round(height * scale))
         picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    regions = annotation.regions if corrected is None else corrected
+    regions = (*annotation.regions, *annotation.difficult) if corrected is None else corrected
     boxes = np.array([region.box for region in regions], dtype=np.float64).reshape(-1, 4)
     boxes = np.clip(boxes, 0.0, [width, height, width, height])
     factors = np.array([picture.shape[1] / width, picture.shape[0] / height])
@@ -51,11 +51,12 @@ def load_example(sample: Sample, long_side: int, corrected: Sequence[Region] | N
 def class_balance(examples: list[Example]) -> NDArray[np.floating]:
     """How often to draw each example so that rare classes are seen more, shape (n,), mean 1.
 
-    The weight is the mean over its boxes of the inverse square root of the class frequency.
+    A box weighs the inverse square root of the number of boxes of its class, a picture as much as its boxes
+    together; one without boxes half as much as one box of the commonest class.
     """
     counts = np.bincount(np.concatenate([e.classes for e in examples]), minlength=len(SKIN_CLASSES))
     rarity = 1.0 / np.sqrt(np.maximum(counts, 1))
-    weights = np.array([rarity[e.classes].mean() if len(e.classes) else 0.5 * rarity.min() for e in examples])
+    weights = np.array([rarity[e.classes].sum() if len(e.classes) else 0.5 * rarity.min() for e in examples])
     return weights / weights.mean()
 
 

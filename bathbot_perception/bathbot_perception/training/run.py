@@ -1,6 +1,7 @@
 """A training run: its beginning, one step, and how good it is now."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,14 +50,15 @@ def start_run(
 
     Args:
         sources: Training data.
-        settings: Of the run.
+        settings: Of the run; one that goes on keeps its optimiser, decay and frozen share.
         resume: Checkpoint to go on from.
         weights: Checkpoint or float ONNX file whose weights begin a new run.
     """
     torch.manual_seed(settings.seed)
     if resume is not None:
         state = read_state(resume)
-        run = _run_with(averaged_network(state), state["size"], settings)
+        own = replace(settings, optimiser=state["optimiser_name"], freeze_until=state["freeze_until"])
+        run = _run_with(averaged_network(state), state["size"], own)
         restore_run(run, state)
         scale_anchors(run, settings.long_side)
         return run
@@ -73,7 +75,8 @@ def start_run(
 
 def _run_with(model: Yolov5s, size: int, settings: TrainSettings) -> Run:
     model = model.train().to(memory_format=torch.channels_last)
-    run = Run(model, Average(model), make_optimiser(model, settings), size)
+    optimiser = make_optimiser(model, settings)
+    run = Run(model, Average(model), optimiser, size, settings.optimiser, settings.freeze_until)
     scale_anchors(run, settings.long_side)
     return run
 

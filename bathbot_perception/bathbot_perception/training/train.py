@@ -74,7 +74,7 @@ def train_until(
     stopping = stop_on_signal()
     while run.seconds < until * budget and not stopping.is_set():
         start = time.monotonic()
-        frozen = run.seconds < settings.freeze_until * budget
+        frozen = run.seconds < run.freeze_until * budget
         rate = rate_at(run.step, run.seconds / budget, settings)
         losses.append(train_step(run, gradient, next(batches), rate, frozen))
         run.seconds += time.monotonic() - start
@@ -195,7 +195,9 @@ def main() -> None:
     parser.add_argument("--held", nargs="*", type=Path, default=[], help="data sets that only validate")
     parser.add_argument("--corrections", type=Path, help="JSON file of better boxes for training pictures")
     parser.add_argument("--out", required=True, type=Path)
-    parser.add_argument("--resume", type=Path, help="checkpoint to go on from")
+    parser.add_argument(
+        "--resume", type=Path, help="checkpoint to go on from, with its optimiser, decay and frozen share"
+    )
     parser.add_argument("--weights", type=Path, help="checkpoint or ONNX model whose weights begin a new run")
     for name, value in asdict(TrainSettings()).items():
         option = f"--{name.replace('_', '-')}"
