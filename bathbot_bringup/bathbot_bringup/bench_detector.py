@@ -59,12 +59,14 @@ def bench_detector(bench: DetectorBench, json_file: Path | None) -> None:
     settings = SkinDetectorSettings(threads=bench.threads, size=bench.size)
     detectors = {name: load(file, settings) for name, file in (("fp32", DEFAULT_MODEL), ("int8", INT8))}
     times = time_detectors(detectors, image, bench.rounds, console)
+    fit = detectors["int8"].fit((image.height, image.width))
     numbers = {
         "fps": 1e3 / times["int8"].node,
         "fps_fp32": 1e3 / times["fp32"].node,
         "node_over_runtime": max(one.node / one.runtime for one in times.values()),
         "int8_over_fp32": times["fp32"].runtime / times["int8"].runtime,
         "size_px": detectors["int8"].size,
+        "input": f"{fit.width}x{fit.height}",
         "threads": bench.threads,
         "models": {name: one._asdict() for name, one in times.items()},
         "machine": here,

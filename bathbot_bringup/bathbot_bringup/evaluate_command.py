@@ -28,7 +28,7 @@ def detector(
     """Compare the detector with labelled pictures: average precision per class, and under bad conditions.
 
     Every condition - steam, dark, bright, occlusion, blur, motion_blur, wet_highlights, drops - at three
-    strengths, and the pictures in thirds by skin tone.
+    strengths, and the pictures in thirds by skin tone. Boxes marked difficult count neither way.
 
     \b
       bathbot evaluate detector my_photos --json detector.json

@@ -1,6 +1,6 @@
 """Reports of `evaluate` as Markdown tables."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bathbot_perception.classes import SKIN_CLASSES
@@ -78,6 +78,26 @@ def confusion_table(report: Report) -> str:
         for name, counts in zip(names, report["confusion"], strict=True)
     ]
     return markdown(["true \\ found", *names], rows)
+
+
+def time_table(benches: Sequence[Report]) -> str:
+    """Times of each model in each result of `bathbot bench detector`, medians."""
+    rows = [
+        [
+            name,
+            str(bench["threads"]),
+            bench["input"],
+            f"{taken['runtime']:.1f}",
+            f"{taken['node']:.1f}",
+            f"{taken['node'] / taken['runtime']:.2f}",
+            f"{1e3 / taken['node']:.0f}",
+        ]
+        for bench in benches
+        for name, taken in bench["models"].items()
+    ]
+    return markdown(
+        ["model", "threads", "input", "runtime [ms]", "node [ms]", "node / runtime", "pictures/s"], rows
+    )
 
 
 def shown(value: float | None) -> str:

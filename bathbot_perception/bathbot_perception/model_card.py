@@ -5,8 +5,7 @@ python -m bathbot_perception.model_card docs/model_card.md "real photos"=/data/p
 
 import argparse
 import csv
-import os
-import time
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,58 +19,22 @@ from bathbot_perception.card_tables import (
     accuracy_table,
     condition_table,
     confusion_table,
-    markdown,
+    time_table,
     tone_table,
 )
 from bathbot_perception.conditions import CONDITIONS
 from bathbot_perception.detector import MODELS, load
 from bathbot_perception.errors import PerceptionError, SettingsError
 from bathbot_perception.evaluate import choose_samples, evaluate
-from bathbot_perception.letterbox import fit_input
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 
-TIMED_PICTURE = (480, 848)
-"""Height and width of the picture that timing uses [px], a D455 colour stream."""
 _FLOAT, _INT8 = MODELS / "skin.onnx", MODELS / "skin_int8.onnx"
 Data = dict[str, tuple[Path, str]]
 """Title -> (data set folder, split), see `evaluate`."""
 
 
-def timing_table(models: Sequence[Path], rounds: int = 60) -> str:
-    """Median and 95th percentile of `Detector.detect` on noise, with one and two threads, as Markdown."""
-    picture = np.random.default_rng(0).integers(0, 256, (*TIMED_PICTURE, 3), dtype=np.uint8)
-    detectors = {
-        (model.name, threads): load(model, SkinDetectorSettings(threads=threads))
-        for model in models
-        for threads in (1, 2)
-    }
-    durations = {key: [] for key in detectors}
-    for _ in range(rounds + 5):
-        for key, detector in detectors.items():
-            begun = time.perf_counter()
-            detector.detect(picture)
-            durations[key].append(1e3 * (time.perf_counter() - begun))
-    rows = []
-    for (name, threads), taken in durations.items():
-        middle, late = np.percentile(taken[5:], [50, 95])
-        fit = fit_input(TIMED_PICTURE, detectors[name, threads].size)
-        rows.append(
-            [
-                name,
-                str(threads),
-                f"{fit.width}x{fit.height}",
-                f"{middle:.1f}",
-                f"{late:.1f}",
-                f"{1e3 / middle:.0f}",
-            ]
-        )
-    table = markdown(["model", "threads", "input", "median ms", "95 % ms", "pictures/s"], rows)
-    load_then = f"Load of the machine (1-minute mean) when this was timed: {os.getloadavg()[0]:.1f}."
-    return f"{table}\n\n{load_then}"
-
-
 def measure(data: Data, curves: Path | None) -> dict[str, str]:
-    """The measured parts of the card: float model, INT8 model, conditions, tones, confusion, times."""
+    """The measured parts of the card: float model, INT8 model, conditions, tones, confusion."""
     reports: dict[str, Report] = {}
     for title, (folder, split) in track(data.items(), "data sets"):
         for model, conditions in ((_FLOAT, tuple(CONDITIONS)), (_INT8, ())):
@@ -84,7 +47,6 @@ def measure(data: Data, curves: Path | None) -> dict[str, str]:
     ]
     return {
         "measured": "\n\n".join([accuracy_table(reports), f"Files: {sizes}."]),
-        "times": timing_table((_FLOAT, _INT8)),
         "conditions": condition_table(reports),
         "tones": tone_table(reports),
         "confusion": "\n\n".join(confusions),
@@ -124,6 +86,23 @@ def training_summary(run: Path) -> str:
     )
 
 
+def read_benches(files: Sequence[Path]) -> list[Report]:
+    """What `bathbot bench detector --json` wrote.
+
+    Raises:
+        SettingsError: If a file is none of its.
+    """
+    benches = []
+    for file in files:
+        try:
+            bench = json.loads(file.read_text(encoding="utf-8"))
+            time_table([bench])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise SettingsError(f"{file} is not from `bathbot bench detector --json`: {error!r}") from error
+        benches.append(bench)
+    return benches
+
+
 def marks(part: str) -> tuple[str, str]:
     """The lines round a part of the card."""
     return f"<!-- {part}: begin -->", f"<!-- {part}: end -->"
@@ -150,6 +129,7 @@ def main() -> None:
     parser.add_argument("data", nargs="*", metavar="TITLE=FOLDER[:SPLIT]")
     parser.add_argument("--run", type=Path, help="folder of the training run")
     parser.add_argument("--curves", type=Path, help="folder for precision-recall pictures")
+    parser.add_argument("--bench", type=Path, nargs="*", help="JSON files of `bathbot bench detector`")
     parser.add_argument("--show", type=Path, help="data set whose pictures may be shown, such as renders")
     parser.add_argument("--pictures", type=Path, help="folder for the sheets made of it")
     given = parser.parse_args()
@@ -161,6 +141,8 @@ def main() -> None:
     try:
         if given.run is not None:
             fill_card(given.card, "training", training_summary(given.run))
+        if given.bench:
+            fill_card(given.card, "times", time_table(read_benches(given.bench)))
         if given.show and given.pictures:
             draw_pictures(given.show, given.pictures)
         for part, text in measure(data, given.curves).items() if data else ():

@@ -1,14 +1,22 @@
+import json
+
 import cv2
 import numpy as np
 import pytest
 from bathbot_perception.average_precision import PictureResult
 from bathbot_perception.card_pictures import condition_sheet, failure_sheet, mistakes
-from bathbot_perception.card_tables import accuracy_table, condition_table, confusion_table, tone_table
+from bathbot_perception.card_tables import (
+    accuracy_table,
+    condition_table,
+    confusion_table,
+    time_table,
+    tone_table,
+)
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.conditions import CONDITIONS
 from bathbot_perception.detector import load
 from bathbot_perception.errors import SettingsError
-from bathbot_perception.model_card import fill_card, marks, timing_table, training_summary
+from bathbot_perception.model_card import fill_card, marks, read_benches, training_summary
 from bathbot_perception.regions import Region
 from bathbot_perception.voc import Annotation, list_samples, write_annotation
 from tiny_model import row
@@ -62,10 +70,19 @@ def test_conditions_stand_beside_the_clean_pictures_and_only_where_tried():
     assert confusion_table(report()).splitlines()[-1] == "| background | 0 | 0 | 0 | 0 | 0 | 0 | 1 |"
 
 
-def test_every_model_is_timed_with_one_and_two_threads(write_model):
-    model = write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))])
-    lines = timing_table([model], rounds=3).splitlines()
-    assert [line.split("|")[2].strip() for line in lines[2:4]] == ["1", "2"]
+def test_times_are_those_of_the_bench(tmp_path):
+    bench = {"threads": 2, "input": "640x384", "models": {"int8": {"node": 12.5, "runtime": 10.0}}}
+    (tmp_path / "bench.json").write_text(json.dumps(bench))
+    lines = time_table(read_benches([tmp_path / "bench.json"] * 2)).splitlines()
+    assert lines[2:] == ["| int8 | 2 | 640x384 | 10.0 | 12.5 | 1.25 | 80 |"] * 2
+
+
+@pytest.mark.parametrize("text", [None, "", "[]", '{"models": {"int8": {}}, "threads": 2, "input": ""}'])
+def test_a_file_of_something_else_is_no_bench(tmp_path, text):
+    if text is not None:
+        (tmp_path / "bench.json").write_text(text)
+    with pytest.raises(SettingsError, match="is not from `bathbot bench detector --json`"):
+        read_benches([tmp_path / "bench.json"])
 
 
 def test_sheets_show_conditions_and_the_worst_pictures(write_model, tmp_path):
