@@ -10,7 +10,6 @@ from bathbot_depthcorr.messages import image_from_colour
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_perception.detector import DEFAULT_MODEL, MODELS, Detector, load
 from bathbot_perception.image_detection import ImageDetection
-from bathbot_perception.letterbox import letterbox
 from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 from bathbot_perception.smoothing import Smoothing
 from rich.console import Console
@@ -105,10 +104,9 @@ def time_detectors(
 
 def _calls(detector: Detector, image: Any) -> tuple[Callable[[], Any], Callable[[], Any]]:
     """The node's work on an image, and the bare call of the runtime on the same."""
-    detection, (session, name) = ImageDetection(detector, Smoothing(0.0)), detector.bare
+    detection = ImageDetection(detector, Smoothing(0.0))
     rgb = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
-    feed = {name: letterbox(rgb, detector.fit(rgb.shape[:2]))}
-    return lambda: detection.detect(image), lambda: session.run(None, feed)
+    return lambda: detection.detect(image), detector.bare(rgb)
 
 
 def _timed(call: Callable[[], Any]) -> float:

@@ -1,8 +1,9 @@
 """The skin detector at run time: a colour picture in, skin regions out (section 2.1.1)."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import onnxruntime
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import ModelError, PictureError
-from bathbot_perception.letterbox import STRIDE, Letterbox, Letterboxing, fit_input
+from bathbot_perception.letterbox import STRIDE, Letterbox, Letterboxing, Scaling, fit_input
 from bathbot_perception.predictions import regions_from_predictions
 from bathbot_perception.regions import Region
 from bathbot_perception.skin_detector_settings import PROVIDERS, SkinDetectorSettings
@@ -18,14 +19,21 @@ from bathbot_perception.skin_detector_settings import PROVIDERS, SkinDetectorSet
 MODELS = Path(__file__).parent / "models"
 DEFAULT_MODEL = MODELS / "skin.onnx"
 TASK = "skin-regions"
+_OUTPUTS = 5 + len(SKIN_CLASSES)
+_PREPARE = {"tensor(float)": Scaling, "tensor(uint8)": lambda: lambda pixels: pixels}
+"""Type of a model's input -> what makes it of pixels."""
 
 
 class ModelInput(NamedTuple):
-    """What a model file says it takes: the longer side [px] and, if it takes one shape only, that (h, w)."""
+    """What a model file says it takes: the longer side [px] and, if it takes one shape only, that (h, w).
+
+    `prepare` makes it of pixels, uint8, shape (1, 3, h, w).
+    """
 
     name: str
     size: int
     fixed: tuple[int, int] | None
+    prepare: Callable[[NDArray[np.uint8]], NDArray[Any]]
 
 
 class Detector:
@@ -39,10 +47,11 @@ class Detector:
         self._letterboxing: Letterboxing | None = None
         self.provider: str = session.get_providers()[0]
 
-    @property
-    def bare(self) -> tuple[onnxruntime.InferenceSession, str]:
-        """The runtime's session and the name of its input, to time them alone."""
-        return self._session, self._entry.name
+    def bare(self, rgb: NDArray[np.uint8]) -> Callable[[], Any]:
+        """The runtime's call alone on a picture of shape (H, W, 3), to time it."""
+        shape = rgb.shape[0], rgb.shape[1]
+        feed = {self._entry.name: self._entry.prepare(Letterboxing(shape, self.fit(shape))(rgb)).copy()}
+        return lambda: self._session.run(None, feed)
 
     def fit(self, shape: tuple[int, int]) -> Letterbox:
         """Where a picture of a height and width [px] goes in the network's input."""
@@ -72,11 +81,18 @@ class Detector:
         shape = rgb.shape[0], rgb.shape[1]
         if self._letterboxing is None or self._letterboxing.picture != shape:
             self._letterboxing = Letterboxing(shape, self.fit(shape))
-        letterboxing, ours = self._letterboxing, self._settings
-        raw = self._session.run(None, {self._entry.name: letterboxing(rgb)})[0][0]
+        raw, ours = self.predict(self._letterboxing(rgb)), self._settings
         return regions_from_predictions(
-            raw, letterboxing.fit, shape, ours.score_threshold, ours.overlap_limit, ours.most_regions
+            raw, self._letterboxing.fit, shape, ours.score_threshold, ours.overlap_limit, ours.most_regions
         )
+
+    def predict(self, pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """The network's predictions, shape (n, 11), see `regions_from_predictions`.
+
+        Args:
+            pixels: RGB, shape (1, 3, h, w), h and w multiples of 32.
+        """
+        return self._session.run(None, {self._entry.name: self._entry.prepare(pixels)})[0][0]
 
 
 def load(path: Path | str | None = None, settings: SkinDetectorSettings | None = None) -> Detector:
@@ -154,26 +170,20 @@ def check_shapes(file: Path, session: onnxruntime.InferenceSession, size: int) -
     """Refuse a model with other inputs or outputs than a picture and its predictions."""
     inputs, outputs = session.get_inputs(), session.get_outputs()
     shapes = f"input {[item.shape for item in inputs]}, output {[item.shape for item in outputs]}"
-    wanted = f"expected input [1, 3, height, width], output [1, n, {5 + len(SKIN_CLASSES)}], float32"
-    if len(inputs) != 1 or len(outputs) != 1 or {inputs[0].type, outputs[0].type} != {"tensor(float)"}:
-        raise ModelError(
-            f"{file} has {shapes} of types {[item.type for item in (*inputs, *outputs)]}; {wanted}"
-        )
+    wanted = f"expected input [1, 3, height, width], float32 or uint8, output [1, n, {_OUTPUTS}], float32"
+    kinds = [item.type for item in (*inputs, *outputs)]
+    if len(kinds) != 2 or kinds[0] not in _PREPARE or kinds[1] != "tensor(float)":
+        raise ModelError(f"{file} has {shapes} of types {kinds}; {wanted}")
     shape = inputs[0].shape
-    if (
-        len(shape) != 4
-        or shape[1] != 3
-        or len(outputs[0].shape) != 3
-        or outputs[0].shape[2] != 5 + len(SKIN_CLASSES)
-    ):
+    if len(shape) != 4 or shape[1] != 3 or len(outputs[0].shape) != 3 or outputs[0].shape[2] != _OUTPUTS:
         raise ModelError(f"{file} has {shapes}; {wanted}")
     fixed = (shape[2], shape[3]) if isinstance(shape[2], int) and isinstance(shape[3], int) else None
     if fixed and size and size != max(fixed):
         raise ModelError(f"{file} takes {fixed[1]}x{fixed[0]} px only, but `size` is {size}; set it to 0")
     if fixed:
-        return ModelInput(inputs[0].name, max(fixed), fixed)
+        return ModelInput(inputs[0].name, max(fixed), fixed, _PREPARE[kinds[0]]())
     said = session.get_modelmeta().custom_metadata_map.get("size", "")
     own = int(said) if said.isdigit() else 0
     if not (size or own) or (size or own) % STRIDE:
         raise ModelError(f"{file} says its input size is {said!r}, not a multiple of {STRIDE}; set `size`")
-    return ModelInput(inputs[0].name, size or own, None)
+    return ModelInput(inputs[0].name, size or own, None, _PREPARE[kinds[0]]())

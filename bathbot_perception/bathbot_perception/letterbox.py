@@ -64,7 +64,7 @@ def fit_input(picture: tuple[int, int], long_side: int, fixed: tuple[int, int] |
 
 
 class Letterboxing:
-    """Makes inputs of pictures of one size, each in the memory of the one before.
+    """Fits pictures of one size into the input, each in the memory of the one before.
 
     Fresh memory for every picture would take as long as all the arithmetic.
     """
@@ -81,29 +81,42 @@ class Letterboxing:
         rows, columns = round(height * fit.scale_v), round(width * fit.scale_u)
         self._interpolation = _interpolation(columns / width)
         self._small = np.empty((rows, columns, 3), np.uint8)
-        self._colours = [np.empty((rows, columns), np.uint8) for _ in range(3)]
-        self._input = np.full((1, 3, fit.height, fit.width), np.float32(GREY / 255.0), np.float32)
-        self._inside = self._input[0, :, fit.top : fit.top + rows, fit.left : fit.left + columns]
+        self._pixels = np.full((1, 3, fit.height, fit.width), GREY, np.uint8)
+        self._inside = list(self._pixels[0, :, fit.top : fit.top + rows, fit.left : fit.left + columns])
 
-    def __call__(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """The input with a picture of shape (h, w, 3); the next call changes it."""
+    def __call__(self, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Pixels, shape (1, 3, fit.height, fit.width), of a picture of shape (h, w, 3)."""
         size = self._small.shape[1::-1]
         cv2.resize(rgb, size, dst=self._small, interpolation=self._interpolation)
-        cv2.split(self._small, self._colours)
-        for plane, colour in zip(self._inside, self._colours, strict=True):
-            np.copyto(plane, colour)
-        self._inside *= np.float32(1.0 / 255.0)
-        return self._input
+        cv2.split(self._small, self._inside)
+        return self._pixels
+
+
+class Scaling:
+    """Turns pixels 0..255 into the values 0..1 of a float network, each in the memory of the one before."""
+
+    def __init__(self) -> None:
+        """Begin without memory."""
+        self._values = np.zeros((0, 0, 0, 0), np.float32)
+
+    def __call__(self, pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Values of pixels, shape (1, 3, h, w)."""
+        if self._values.shape != pixels.shape:
+            self._values = np.empty(pixels.shape, np.float32)
+        for values, colour in zip(self._values[0], pixels[0], strict=True):  # one fits a core's cache
+            np.copyto(values, colour)
+            values *= np.float32(1.0 / 255.0)
+        return self._values
 
 
 def letterbox(picture: NDArray[np.uint8], fit: Letterbox) -> NDArray[np.float32]:
-    """The network's input: RGB in [0, 1], shape (1, 3, fit.height, fit.width).
+    """The input of a float network: RGB in [0, 1], shape (1, 3, fit.height, fit.width).
 
     Args:
         picture: RGB, shape (h, w, 3).
         fit: Where it goes, from `fit_input`.
     """
-    return Letterboxing(picture.shape[:2], fit)(picture)
+    return Scaling()(Letterboxing(picture.shape[:2], fit)(picture))
 
 
 def _interpolation(scale: float) -> int:

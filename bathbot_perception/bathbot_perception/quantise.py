@@ -2,7 +2,7 @@
 
 Static quantisation with the ranges that real pictures cause. The three heads' convolutions and the decoding
 behind them stay in float32: pixels and scores in one tensor of 8 bits would lose both. The first convolution
-is written as two, see `model_graph.split_stem`.
+is written as two, see `model_graph.split_stem`; the input are pixels, see `model_graph.take_pixels`.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from onnxruntime.quantization.shape_inference import quant_pre_process
 from bathbot_perception.detector import load
 from bathbot_perception.errors import PerceptionError
 from bathbot_perception.letterbox import fit_input, letterbox
-from bathbot_perception.model_graph import decoding, full_weights, split_stem
+from bathbot_perception.model_graph import decoding, full_weights, split_stem, take_pixels
 from bathbot_perception.pictures import read_picture
 from bathbot_perception.splits import split_samples
 
@@ -85,7 +85,7 @@ def quantise(model: Path, pictures: Sequence[Path], out: Path) -> None:
             calibrate_method=CalibrationMethod.MinMax,
             nodes_to_exclude=decoding(graph),
         )
-        result = onnx.load(made)
+        result = take_pixels(onnx.load(made))
     helper.set_model_props(result, metadata | {"precision": "int8"})
     out.parent.mkdir(parents=True, exist_ok=True)
     onnx.save(result, out)

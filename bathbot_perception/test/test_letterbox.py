@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from bathbot_perception.letterbox import GREY, STRIDE, fit_input, letterbox
+from bathbot_perception.letterbox import GREY, STRIDE, Letterboxing, Scaling, fit_input, letterbox
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -48,6 +48,22 @@ def test_padding_is_grey_and_the_picture_is_in_the_middle():
     assert tensor.dtype == np.float32
     assert_allclose(tensor[0, :, 0, :], GREY / 255.0, atol=1e-6)
     assert_allclose(tensor[0, :, 128, :], 1.0)
+
+
+@given(st.integers(1, 90), st.integers(1, 90))
+def test_pixels_and_values_are_the_same_picture(height, width):
+    """Also where the padding is at the sides, and in memory used before."""
+    pictures = np.random.default_rng(height).integers(0, 256, (2, height, width, 3), dtype=np.uint8)
+    fit = fit_input((height, width), 64)
+    letterboxing, scaling = Letterboxing((height, width), fit), Scaling()
+    for picture in pictures:
+        pixels = letterboxing(picture)
+        assert pixels.shape == (1, 3, fit.height, fit.width)
+        assert_allclose(scaling(pixels) * 255.0, pixels, atol=1e-4)
+        assert_allclose(letterbox(picture, fit), scaling(pixels))
+    if (fit.scale_u, fit.scale_v) == (1.0, 1.0):
+        inside = pixels[0, :, fit.top : fit.top + height, fit.left : fit.left + width]
+        assert (inside == picture.transpose(2, 0, 1)).all()
 
 
 def test_channels_keep_their_order():

@@ -4,9 +4,10 @@ import cv2
 import numpy as np
 import onnx
 import pytest
-from bathbot_perception.detector import DEFAULT_MODEL, load
+from bathbot_perception.detector import DEFAULT_MODEL, MODELS, load
 from bathbot_perception.errors import ModelError
-from bathbot_perception.model_graph import decoding, full_weights, split_stem
+from bathbot_perception.letterbox import Letterboxing, fit_input
+from bathbot_perception.model_graph import decoding, full_weights, split_stem, take_pixels
 from bathbot_perception.quantise import quantise
 from onnx import TensorProto
 
@@ -25,9 +26,9 @@ def test_changes_of_the_graph_keep_its_numbers(tmp_path, change):
     changed = change(onnx.load(DEFAULT_MODEL))
     assert not [item.name for item in changed.graph.initializer if item.data_type == TensorProto.FLOAT16]
     onnx.save(changed, tmp_path / "changed.onnx")
-    (first, name), (second, _) = load(DEFAULT_MODEL).bare, load(tmp_path / "changed.onnx").bare
-    feed = {name: np.random.default_rng(1).random((1, 3, 96, 128), dtype=np.float32)}
-    np.testing.assert_allclose(first.run(None, feed)[0], second.run(None, feed)[0], atol=2e-3)
+    pixels = np.random.default_rng(1).integers(0, 256, (1, 3, 96, 128), dtype=np.uint8)
+    ours, theirs = (load(file).predict(pixels) for file in (DEFAULT_MODEL, tmp_path / "changed.onnx"))
+    np.testing.assert_allclose(ours, theirs, atol=2e-3)
 
 
 def test_a_model_with_another_stem_is_refused(write_model):
@@ -50,6 +51,23 @@ def test_a_quantised_model_is_small_and_still_a_skin_detector(tmp_path, pictures
     detector = load(out)
     assert detector.size == load(DEFAULT_MODEL).size
     assert detector.detect(cv2.imread(str(pictures[0]))) is not None
+
+
+def test_the_shipped_copy_takes_pixels_and_says_nearly_what_the_float_model_says(pictures):
+    picture = cv2.imread(str(pictures[0]))
+    int8 = onnx.load(MODELS / "skin_int8.onnx")
+    assert int8.graph.input[0].type.tensor_type.elem_type == TensorProto.UINT8
+    pixels = Letterboxing(picture.shape[:2], fit_input(picture.shape[:2], 320))(picture)
+    ours, theirs = (load(MODELS / name).predict(pixels) for name in ("skin.onnx", "skin_int8.onnx"))
+    assert ours.shape == theirs.shape
+    assert np.abs(ours - theirs)[:, 4:].mean() < 0.02
+
+
+def test_only_a_model_that_rounds_its_input_can_take_pixels():
+    with pytest.raises(ModelError, match="is it INT8"):
+        take_pixels(onnx.load(DEFAULT_MODEL))
+    with pytest.raises(ModelError, match="is it INT8"):
+        take_pixels(onnx.load(MODELS / "skin_int8.onnx"))
 
 
 def test_a_model_without_heads_is_refused(write_model):
