@@ -16,7 +16,9 @@ def _group() -> None:
 def detector(
     out: Path = typer.Option(..., "--out", help="ONNX file to write."),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
-    precision: str = typer.Option("fp16", help="fp32, fp16 (GPUs such as a Jetson TX2's) or int8 (CPUs)."),
+    precision: str = typer.Option(
+        "fp16", help="fp32, fp16 (GPUs such as a Jetson TX2's) or int8 (CPUs; takes uint8)."
+    ),
     shape: str = typer.Option("", help="Width and height of the input [px] for one shape only: 640x384."),
     dataset: Path = typer.Option(
         None, help="PASCAL VOC folder whose training pictures set the ranges of int8."

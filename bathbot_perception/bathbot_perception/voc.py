@@ -80,7 +80,7 @@ def _text(node: ElementTree.Element, key: str) -> str:
 
 
 def _difficult(node: ElementTree.Element) -> bool:
-    said = node.findtext("difficult", "0").strip()
+    said = (node.findtext("difficult") or "0").strip()
     if said not in ("0", "1"):
         raise ValueError(f"<difficult> is {said!r}, want 0 or 1")
     return said == "1"

@@ -67,6 +67,8 @@ def test_boxes_are_cut_at_the_border_and_background_is_no_region(tmp_path):
     path = tmp_path / "a.xml"
     path.write_text(voc(box=(-5, 2, 130, 40)))
     assert read_annotation(path).regions[0].box == (0.0, 2.0, 100.0, 40.0)
+    path.write_text(voc(name="Hand_skin</name><difficult/><name>"))
+    assert (len(read_annotation(path).regions), len(read_annotation(path).difficult)) == (1, 0)
     path.write_text(voc(name="Background"))
     assert read_annotation(path).regions == ()
 
