@@ -20,20 +20,19 @@ MODELS = Path(__file__).parent / "models"
 DEFAULT_MODEL = MODELS / "skin.onnx"
 TASK = "skin-regions"
 _OUTPUTS = 5 + len(SKIN_CLASSES)
-_PREPARE = {"tensor(float)": Scaling, "tensor(uint8)": lambda: lambda pixels: pixels}
-"""Type of a model's input -> what makes it of pixels."""
+_PIXELS, _VALUES = "tensor(uint8)", "tensor(float)"  # what inputs may be: pixels 0..255, or values 0..1
 
 
 class ModelInput(NamedTuple):
     """What a model file says it takes: the longer side [px] and, if it takes one shape only, that (h, w).
 
-    `prepare` makes it of pixels, uint8, shape (1, 3, h, w).
+    `pixels` says that it takes pixels 0..255, not values 0..1.
     """
 
     name: str
     size: int
     fixed: tuple[int, int] | None
-    prepare: Callable[[NDArray[np.uint8]], NDArray[Any]]
+    pixels: bool
 
 
 class Detector:
@@ -45,12 +44,13 @@ class Detector:
         """Hold a session whose input was checked."""
         self._session, self._entry, self._settings = session, entry, settings
         self._letterboxing: Letterboxing | None = None
+        self._scaling = None if entry.pixels else Scaling()
         self.provider: str = session.get_providers()[0]
 
     def bare(self, rgb: NDArray[np.uint8]) -> Callable[[], Any]:
         """The runtime's call alone on a picture of shape (H, W, 3), to time it."""
         shape = rgb.shape[0], rgb.shape[1]
-        feed = {self._entry.name: self._entry.prepare(Letterboxing(shape, self.fit(shape))(rgb)).copy()}
+        feed = {self._entry.name: self._prepared(Letterboxing(shape, self.fit(shape))(rgb)).copy()}
         return lambda: self._session.run(None, feed)
 
     def fit(self, shape: tuple[int, int]) -> Letterbox:
@@ -92,7 +92,10 @@ class Detector:
         Args:
             pixels: RGB, shape (1, 3, h, w), h and w multiples of 32.
         """
-        return self._session.run(None, {self._entry.name: self._entry.prepare(pixels)})[0][0]
+        return self._session.run(None, {self._entry.name: self._prepared(pixels)})[0][0]
+
+    def _prepared(self, pixels: NDArray[np.uint8]) -> NDArray[Any]:
+        return self._scaling(pixels) if self._scaling else pixels
 
 
 def load(path: Path | str | None = None, settings: SkinDetectorSettings | None = None) -> Detector:
@@ -172,7 +175,7 @@ def check_shapes(file: Path, session: onnxruntime.InferenceSession, size: int) -
     shapes = f"input {[item.shape for item in inputs]}, output {[item.shape for item in outputs]}"
     wanted = f"expected input [1, 3, height, width], float32 or uint8, output [1, n, {_OUTPUTS}], float32"
     kinds = [item.type for item in (*inputs, *outputs)]
-    if len(kinds) != 2 or kinds[0] not in _PREPARE or kinds[1] != "tensor(float)":
+    if len(kinds) != 2 or kinds[0] not in (_PIXELS, _VALUES) or kinds[1] != _VALUES:
         raise ModelError(f"{file} has {shapes} of types {kinds}; {wanted}")
     shape = inputs[0].shape
     if len(shape) != 4 or shape[1] != 3 or len(outputs[0].shape) != 3 or outputs[0].shape[2] != _OUTPUTS:
@@ -181,9 +184,9 @@ def check_shapes(file: Path, session: onnxruntime.InferenceSession, size: int) -
     if fixed and size and size != max(fixed):
         raise ModelError(f"{file} takes {fixed[1]}x{fixed[0]} px only, but `size` is {size}; set it to 0")
     if fixed:
-        return ModelInput(inputs[0].name, max(fixed), fixed, _PREPARE[kinds[0]]())
+        return ModelInput(inputs[0].name, max(fixed), fixed, kinds[0] == _PIXELS)
     said = session.get_modelmeta().custom_metadata_map.get("size", "")
     own = int(said) if said.isdigit() else 0
     if not (size or own) or (size or own) % STRIDE:
         raise ModelError(f"{file} says its input size is {said!r}, not a multiple of {STRIDE}; set `size`")
-    return ModelInput(inputs[0].name, size or own, None, _PREPARE[kinds[0]]())
+    return ModelInput(inputs[0].name, size or own, None, kinds[0] == _PIXELS)

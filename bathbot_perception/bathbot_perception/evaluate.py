@@ -84,7 +84,9 @@ def evaluate(
 
     clean = examine(detector, samples, tell)
     if not any(result.truths for result in clean.results):
-        raise AnnotationError(f"no picture of {dataset} has a box of a skin class; nothing can be compared")
+        raise AnnotationError(
+            f"no picture of {dataset} has a box of a skin class that is not difficult; nothing to compare"
+        )
     if curves is not None:
         draw_curves(clean.results, curves)
     tables = {

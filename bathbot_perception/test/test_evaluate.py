@@ -71,3 +71,15 @@ def test_boxes_of_another_copy_or_no_boxes_at_all_are_refused(write_model, data_
         write_annotation(file, annotation._replace(regions=()))
     with pytest.raises(AnnotationError, match="has a box of a skin class"):
         evaluate(data_set, model, conditions=())
+
+
+def test_missed_boxes_that_are_difficult_are_told_apart(write_model, data_set):
+    """The model finds the hand and not the foot: half of it counts only while the foot does."""
+    for file in (data_set / "annotations").iterdir():
+        annotation = read_annotation(file)
+        hand, foot = annotation.regions
+        write_annotation(file, annotation._replace(regions=(hand,), difficult=(foot,)))
+    report = evaluate(data_set, write_model([HAND]), conditions=("blur",))
+    assert (report["map50"], report["map50_with_difficult"], report["difficult"]) == (1.0, 0.5, 12)
+    assert report["conditions"]["blur"]["middle"] == 1.0
+    assert report["ap50"]["Foot_skin"] is None

@@ -11,7 +11,7 @@ from bathbot_perception.detector import load  # noqa: E402
 from bathbot_perception.errors import ModelError, TrainingError  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
 from bathbot_perception.training.batches import Batch  # noqa: E402
-from bathbot_perception.training.checkpoint import Average, Run, read_state, save_run  # noqa: E402
+from bathbot_perception.training.checkpoint import Average, Run, optimiser_of, read_state, save_run  # noqa: E402
 from bathbot_perception.training.dataset import load_source  # noqa: E402
 from bathbot_perception.training.export import export  # noqa: E402
 from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
@@ -137,7 +137,7 @@ def test_from_data_to_a_model_that_the_runtime_takes(data_set, tmp_path):
     train([data_set], tmp_path / "fine", longer, resume=tmp_path / "fine" / "last.pt")
     state = read_state(tmp_path / "fine" / "last.pt")
     assert state["step"] > 0
-    assert (state["optimiser_name"], state["freeze_until"]) == ("sgd", 0.5)
+    assert (optimiser_of(state), state["freeze_until"]) == ("sgd", 0.5)
     assert [group["weight_decay"] for group in state["optimiser"]["param_groups"]] == [0.01, 0.0]
 
 
@@ -151,7 +151,7 @@ def exported(tmp_path):
             torch.nn.init.uniform_(module.weight, 0.5, 1.5)
             torch.nn.init.normal_(module.bias, std=0.2)
             torch.nn.init.uniform_(module.running_var, 0.5, 1.5)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64, "adamw")
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
     save_run(tmp_path / "net.pt", run)
     export(tmp_path / "net.pt", tmp_path / "net.onnx", size=64)
     return model.eval(), tmp_path / "net.onnx"
@@ -194,7 +194,7 @@ def test_a_file_that_is_no_float_model_of_ours_cannot_begin_a_run(tmp_path):
 def test_a_gradient_that_is_no_number_changes_nothing_and_ends_the_run_in_time():
     torch.manual_seed(0)
     model = Yolov5s(6, ANCHORS)
-    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64, "adamw")
+    run = Run(model, Average(model), make_optimiser(model, TrainSettings()), 64)
     before = {name: value.clone() for name, value in run.average.model.state_dict().items()}
     gradient = ParallelGradient(model, 1)
     batch = Batch(torch.full((2, 3, 96, 96), float("nan")), torch.tensor([[0, 4, 20.0, 20.0, 30.0, 20.0]]))

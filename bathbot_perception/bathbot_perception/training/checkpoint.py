@@ -41,7 +41,6 @@ class Run:
     average: Average
     optimiser: torch.optim.Optimizer
     size: int  # longer side of the pictures that the anchors are meant for [px]
-    optimiser_name: str  # key of `train_settings.OPTIMISERS`
     freeze_until: float = 0.0  # share of the budget with a frozen backbone
     step: int = 0
     seconds: float = 0.0
@@ -57,7 +56,6 @@ def save_run(path: Path, run: Run) -> None:
         "average_steps": run.average.steps,
         "optimiser": run.optimiser.state_dict(),
         "size": run.size,
-        "optimiser_name": run.optimiser_name,
         "freeze_until": run.freeze_until,
         "step": run.step,
         "seconds": run.seconds,
@@ -78,8 +76,7 @@ def read_state(path: Path) -> dict:
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
         classes, state["size"] = list(state["classes"]), int(state["size"])
-        state.setdefault("optimiser_name", "adamw")  # not in the oldest checkpoints
-        state.setdefault("freeze_until", 0.0)
+        state.setdefault("freeze_until", 0.0)  # not in the oldest checkpoints
     except Exception as error:
         raise ModelError(
             f"cannot use {path} as a checkpoint: {error}; start a new run without --resume"
@@ -98,6 +95,11 @@ def restore_run(run: Run, state: dict) -> None:
     for group in run.optimiser.param_groups:
         group["fused"], group["foreach"] = isinstance(run.optimiser, torch.optim.AdamW), False
     run.size, run.step, run.seconds, run.best = (state[key] for key in ("size", "step", "seconds", "best"))
+
+
+def optimiser_of(state: dict) -> str:
+    """Which of `train_settings.OPTIMISERS` a checkpoint was trained with: only AdamW has betas."""
+    return "adamw" if "betas" in state["optimiser"]["param_groups"][0] else "sgd"
 
 
 def averaged_network(state: dict) -> Yolov5s:

@@ -17,6 +17,7 @@ from bathbot_perception.training.checkpoint import (
     Average,
     Run,
     averaged_network,
+    optimiser_of,
     read_state,
     restore_run,
     save_run,
@@ -57,7 +58,7 @@ def start_run(
     torch.manual_seed(settings.seed)
     if resume is not None:
         state = read_state(resume)
-        own = replace(settings, optimiser=state["optimiser_name"], freeze_until=state["freeze_until"])
+        own = replace(settings, optimiser=optimiser_of(state), freeze_until=state["freeze_until"])
         run = _run_with(averaged_network(state), state["size"], own)
         restore_run(run, state)
         scale_anchors(run, settings.long_side)
@@ -75,8 +76,7 @@ def start_run(
 
 def _run_with(model: Yolov5s, size: int, settings: TrainSettings) -> Run:
     model = model.train().to(memory_format=torch.channels_last)
-    optimiser = make_optimiser(model, settings)
-    run = Run(model, Average(model), optimiser, size, settings.optimiser, settings.freeze_until)
+    run = Run(model, Average(model), make_optimiser(model, settings), size, settings.freeze_until)
     scale_anchors(run, settings.long_side)
     return run
 
