@@ -128,7 +128,7 @@ def test_what_is_narrower_than_the_brush_is_difficult(tmp_path):
     boxes = [SkinBox(Part.HAND, 100, 100, 100 + side - 1, 180) for side in (19, 20)]
     write_voc(tmp_path / "1.xml", "1.jpg", (480, 640), boxes)
     root = ElementTree.parse(tmp_path / "1.xml").getroot()
-    assert [node.findtext("difficult") for node in root.findall("object")] == ["1", "0"]
+    assert [node.findtext("difficult") for node in root.findall("object")] == ["0", "1"]
 
 
 def test_what_hides_the_scene_is_no_longer_skin(rendering):

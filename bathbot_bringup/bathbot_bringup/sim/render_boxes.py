@@ -7,10 +7,11 @@ already.
 
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 import cv2
 import numpy as np
+from bathbot_perception.regions import Region
+from bathbot_perception.voc import Annotation, write_annotation
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.body import CLASS_NAMES, Side
@@ -66,19 +67,10 @@ def write_voc(path: Path, image_name: str, shape: tuple[int, int], boxes: list[S
         shape: Height and width of the picture [px].
         boxes: What is in it.
     """
-    root = ElementTree.Element("annotation")
-    ElementTree.SubElement(root, "folder").text = "images"
-    ElementTree.SubElement(root, "filename").text = image_name
-    size = ElementTree.SubElement(root, "size")
-    for name, value in zip(("width", "height", "depth"), (shape[1], shape[0], 3), strict=True):
-        ElementTree.SubElement(size, name).text = str(value)
+    height, width = shape
+    regions: dict[bool, list[Region]] = {False: [], True: []}
     for box in boxes:
-        thing = ElementTree.SubElement(root, "object")
-        ElementTree.SubElement(thing, "name").text = CLASS_NAMES[box.part]
         side = min(box.right - box.left, box.bottom - box.top) + 1
-        ElementTree.SubElement(thing, "difficult").text = str(int(side < NARROW * shape[1]))
-        bounds = ElementTree.SubElement(thing, "bndbox")
-        for name, value in zip(("xmin", "ymin", "xmax", "ymax"), box[1:], strict=True):
-            ElementTree.SubElement(bounds, name).text = str(value + 1)
-    ElementTree.indent(root)
-    path.write_text(ElementTree.tostring(root, encoding="unicode") + "\n")
+        bounds = tuple(float(value + 1) for value in box[1:])
+        regions[side < NARROW * width].append(Region(CLASS_NAMES[box.part], 1.0, bounds))
+    write_annotation(path, Annotation(image_name, width, height, tuple(regions[False]), tuple(regions[True])))
