@@ -73,6 +73,20 @@ class VendorProgram:
         until = time.monotonic() + 0.2
         self.probe.until(lambda: time.monotonic() > until)
 
+    def stand(self):
+        """Wait until the arm has come to rest, however busy the machine is; give its joints [rad]."""
+        rest = self.joints()
+        last = time.monotonic()
+
+        def at_rest():
+            nonlocal rest, last
+            if np.abs(self.joints() - rest).max() > 1e-5:
+                rest, last = self.joints(), time.monotonic()
+            return time.monotonic() > last + 0.2
+
+        self.probe.until(at_rest)
+        return self.joints()
+
 
 @pytest.fixture(scope="module")
 def program():
@@ -128,12 +142,29 @@ def test_a_stream_is_followed_to_its_last_frame_and_stop_ends_it(program):
     for frame in back[10:14]:  # what was on its way does not move the arm again
         program.send("movej_canfd", Jointpos(joint=frame.tolist(), follow=True, dof=6))
         program.probe.executor.spin_once(timeout_sec=0.02)
-    program.settle()
-    stood = program.joints()
+    stood = program.stand()
     program.settle()
     assert_allclose(program.joints(), stood, atol=1e-4)
+    assert stood[0] > back[9][0] - 1e-3  # nor does it pass what came before the stop
     assert np.abs(stood - back[13]).max() > 1e-3
     assert program.probe.state()[0] == ArmState.HOLD
+
+
+def test_frames_behind_a_stop_begin_no_new_stream_though_the_old_one_was_over(program):
+    start = program.stand()
+    program.settle()  # more than the silence that ends a stream
+    assert program.ask("move_stop", Bool(data=True))
+    steps = [start + 0.1 * s * np.array([1, 0, 0, 0, 0, 1]) for s in np.linspace(0, 1, 40)]
+    for frame in steps:
+        program.send("movej_canfd", Jointpos(joint=frame.tolist(), follow=True, dof=6))
+        program.probe.executor.spin_once(timeout_sec=0.02)
+    assert_allclose(program.stand(), start, atol=1e-4)
+    assert program.probe.state()[0] == ArmState.HOLD
+    program.settle()
+    for frame in steps:  # silence was kept meanwhile, whenever the last of them arrived
+        program.send("movej_canfd", Jointpos(joint=frame.tolist(), follow=True, dof=6))
+        program.probe.executor.spin_once(timeout_sec=0.02)
+    program.probe.until(lambda: np.abs(program.joints() - steps[-1]).max() < 1e-3)
 
 
 def test_what_cannot_be_done_is_answered_with_false(program):

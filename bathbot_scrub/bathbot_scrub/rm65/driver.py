@@ -111,6 +111,7 @@ class ArmDriver:
         with self.loop.lock:
             self.loop.guard.stop("stopped")
             self.loop.motion.brake()
+            self.moves.give_up(time.monotonic())
             self.loop.lock.notify_all()
 
     def pause(self) -> None:

@@ -35,6 +35,7 @@ class SentMoves:
         self._loop, self._planner, self._limits = loop, planner, limits
         self._stream: StreamedPath | None = None
         self._last_frame = 0.0
+        self._stopped = False  # since the frames last fell silent
 
     def to_joints(self, goal: ArrayLike, share: float) -> None:
         """Go straight in joint space to `goal` [rad], shape (6,), at a share of the joints' pace, 0..1.
@@ -81,15 +82,14 @@ class SentMoves:
             NotReadyError: The arm does something else, the frame is too far from the one before, or the
                 stream was stopped: it must fall silent before it may begin again.
         """
-        stream, self._last_frame = self._stream, now
-        if stream is not None and not self._following():
-            raise NotReadyError(
-                f"the stream was given up: {self._loop.guard.reason or 'stopped'}; pause it for {SILENCE} s, "
-                "then begin again where the arm stands"
-            )
+        self.tick(now)
+        with self._loop.lock:
+            stream, self._last_frame = self._stream, now
+            self._check_stream()
         begun = StreamedPath(self._loop.standing(), self._planner) if stream is None else stream
         path, cut = begun.extend(goal, 0.0 if stream is None else self._length())
         with self._loop.lock:
+            self._check_stream()  # a stop may have come meanwhile
             if stream is None:
                 self._loop.guard.begin_approach(self._limits.gentlest(), _SAID)
                 self._loop.begin(path, self._planner.joint_pace, Kind.STREAM)
@@ -104,8 +104,13 @@ class SentMoves:
         Raises:
             UnreachableError: Out of reach or beyond a joint's limit.
         """
-        seed = self._loop.standing() if self._stream is None else self._stream.end
+        stream = self._stream
+        seed = self._loop.standing() if stream is None else stream.end
         self.stream(self._nearest(T_base_flange, seed), now)
+
+    def give_up(self, now: float) -> None:
+        """Let no frame on its way after a stop at `now` [s] move the arm; the caller holds the lock."""
+        self._last_frame, self._stopped = now, True
 
     def tick(self, now: float) -> None:
         """End a stream that has fallen silent; call it now and then."""
@@ -116,6 +121,15 @@ class SentMoves:
                     self._loop.motion.stand()
                     self._loop.guard.arrived("the stream of joints is over")
                 self._stream = None
+            self._stopped = self._stopped and not over
+
+    def _check_stream(self) -> None:
+        """Refuse frames behind a stop, or behind anything else that ended their stream."""
+        if self._stopped or (self._stream is not None and not self._following()):
+            raise NotReadyError(
+                f"the stream was given up: {self._loop.guard.reason or 'stopped'}; pause it for {SILENCE} s, "
+                "then begin again where the arm stands"
+            )
 
     def _nearest(self, T_base_flange: Array, seed: Array) -> Array:
         solutions = solve_head(self._planner.kinematics, T_base_flange @ T_FLANGE_HEAD, self._planner.limits)
