@@ -5,6 +5,7 @@ arm must leave, the next command goes out at once and the beat begins anew from 
 planned beforehand. Other threads start motions and read the state under one lock that nobody holds for long.
 """
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -91,7 +92,9 @@ class ControlLoop:
 
     def where(self) -> Array:
         """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
-        return whereabouts(self.motion.command, self._link.sense().joints, self.guard.moving)
+        still = self._rest if self.motion.runner is None else math.inf
+        rest = 0.0 if self.guard.moving else still
+        return whereabouts(self.motion.command, self._link.sense().joints, rest)
 
     def alarm(self) -> Alarm:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
@@ -101,10 +104,19 @@ class ControlLoop:
         return gravest(self.alarms)
 
     def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
-        """Start a motion from rest; the caller holds the lock and has set the guard's state."""
-        if self.guard.moving:
-            raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
-        self.motion.begin(path, pace, kind)
+        """Start a motion from rest; the caller holds the lock and has set the guard's state.
+
+        Raises:
+            NotReadyError: The arm moves, or stands elsewhere; it is on no way then.
+        """
+        try:
+            if self.guard.moving:
+                raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
+            self.motion.begin(path, pace, kind)
+        except NotReadyError as error:
+            if self.guard.state is State.APPROACH:
+                self.guard.stop(str(error))
+            raise
         if self.guard.waiting:  # it begins when the wait is over
             self.motion.brake()
         self.guard.moving = True
