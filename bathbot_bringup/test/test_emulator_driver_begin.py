@@ -1,7 +1,5 @@
 """How the arm driver begins a motion, against the emulated controller."""
 
-import time
-
 import numpy as np
 import pytest
 from bathbot_scrub.rm65.errors import NotReadyError
@@ -48,12 +46,3 @@ def test_a_motion_that_is_refused_as_it_begins_leaves_the_arm_in_hold(cell):
     assert "elsewhere" in driver.snapshot().reason
     driver.moves.to_joints(start, 1.0)
     assert cell.state() is State.FREE
-
-
-def test_home_is_taken_at_once_behind_any_motion(cell):
-    driver, start = cell.driver, cell.driver.loop.standing()
-    for turn in (0.3, 0.0, -0.2):
-        driver.moves.to_joints(start + turn * np.array([1.0, 0, 0, 0, 0, 1.0]), 1.0)
-        driver.home()
-        until(lambda: not driver.loop.guard.moving)
-        time.sleep(0.02)
