@@ -1,7 +1,8 @@
 """What the depth corrector is timed on: a camera of any size, a calibration for it, and frames."""
 
 import numpy as np
-from bathbot_depthcorr.correction_model import CameraUnit, Correction
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Correction
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.fitting import DEFAULT_MODEL
 from bathbot_depthcorr.pinhole import Pinhole

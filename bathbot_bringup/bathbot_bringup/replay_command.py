@@ -27,6 +27,7 @@ def replay(
       bathbot replay bathing/monday
       bathbot replay with_pictures --rate 0.5 --out again
     """  # noqa: D301 - \b keeps the lines of examples
-    from bathbot_bringup.replay import ReplaySettings, replay_bag
+    from bathbot_bringup.replay import replay_bag
+    from bathbot_bringup.replay_settings import ReplaySettings
 
     replay_bag(ReplaySettings(bag, rate, out, calibration, hand_eye))

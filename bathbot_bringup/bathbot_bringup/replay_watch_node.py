@@ -8,10 +8,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 
 from bathbot_bringup.bag import bag_length
+from bathbot_bringup.errors import ProcessError
 from bathbot_bringup.graph_client_node import GraphClient
 from bathbot_bringup.messages import message_class
+from bathbot_bringup.node_table import find_node, node_command
 from bathbot_bringup.processes import ProcessGroup
-from bathbot_bringup.replay import ReplaySettings, late, start_replayer
+from bathbot_bringup.replay_settings import ReplaySettings
 from bathbot_bringup.replayer import ReplayTopic
 from bathbot_bringup.replayer_node import FINISHED
 
@@ -88,10 +90,16 @@ def watch_replay(
     with GraphClient("bathbot_replay", domain) as client:
         group.wait_until(client.is_active, start)
         counter = _Counter(client, topics)
-        start_replayer(group, settings)
+        _start_replayer(group, settings)
         client.watch = group.check
         patience = bag_length(settings.bag) / settings.rate + slack
         if not client.spin_until(lambda: counter.finished, patience):
-            raise late(patience)
+            raise ProcessError("replayer", f"did not finish within {patience:.0f} s", "", "the nodes' logs")
         client.spin_until(lambda: False, _LAST_WORDS)
         return dict(counter.counts), counter.complaints
+
+
+def _start_replayer(group: ProcessGroup, settings: ReplaySettings) -> None:
+    """Start the node that publishes, once the others listen."""
+    entry = find_node("replayer")
+    group.start(entry.name, node_command(entry, settings.parameters("replayer")), entry.niceness)

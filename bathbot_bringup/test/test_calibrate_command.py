@@ -7,7 +7,7 @@ import pytest
 from bathbot_bringup.arguments import picture_size
 from bathbot_bringup.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.plane import Plane
 from bathbot_depthcorr.view_folder import write_view_folder

@@ -8,7 +8,7 @@ from bathbot_bringup.depth_evaluation.clams import PUBLISHED_BIN, Clams, fit_cla
 from bathbot_bringup.depth_evaluation.herrera import Herrera
 from bathbot_bringup.depth_evaluation.methods import METHODS
 from bathbot_bringup.depth_evaluation.tare import Tare
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.plane import Plane
 from bathbot_depthcorr.rigid import inverse, rotation_angle, transform_from

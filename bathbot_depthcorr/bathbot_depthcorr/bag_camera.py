@@ -8,7 +8,7 @@ import numpy as np
 
 from bathbot_depthcorr.bag_messages import BagError, message_counts, messages
 from bathbot_depthcorr.camera_health import CameraHealth, camera_health
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.image_decoding import pinhole_from_info, transform_from_extrinsics
 from bathbot_depthcorr.pinhole import Pinhole
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 from bathbot_depthcorr.bag_camera import COLOUR, DEPTH, find_topics, read_camera, refuse_other_size
 from bathbot_depthcorr.bag_messages import BagError, message_counts, messages
 from bathbot_depthcorr.calibration_steps import Steps
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.chessboard import BoardNotFoundError, Chessboard, find_corners
 from bathbot_depthcorr.colour_reference import BoardView
-from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.image_decoding import colour_from_image, depth_from_image, stamp_seconds
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.sharpness import MOST_EDGE_WIDTH, edge_width

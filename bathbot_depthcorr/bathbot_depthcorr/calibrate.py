@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bathbot_depthcorr.bag_views import Recording, read_boards
+from bathbot_depthcorr.calibration_file import CalibrationFileError
 from bathbot_depthcorr.calibration_fit import (
     DEFAULT_MODEL,
     calibrate,
@@ -16,7 +17,6 @@ from bathbot_depthcorr.calibration_report import CalibrationReport
 from bathbot_depthcorr.calibration_steps import Steps
 from bathbot_depthcorr.chessboard import Chessboard
 from bathbot_depthcorr.colour_reference import views_from_boards
-from bathbot_depthcorr.correction_model import CalibrationFileError
 from bathbot_depthcorr.errors import SettingsError
 from bathbot_depthcorr.view_folder import is_view_folder, read_view_folder
 from bathbot_depthcorr.view_set import ViewSet

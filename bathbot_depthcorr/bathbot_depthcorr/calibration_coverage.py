@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.views import CalibrationView
 
 EDGES = (0.4, 0.6, 0.75, 0.9, 1.1, 1.4, 2.0)  # [m]

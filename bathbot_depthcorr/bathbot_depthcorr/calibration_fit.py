@@ -7,8 +7,9 @@ import numpy as np
 
 from bathbot_depthcorr.calibration_report import CalibrationReport
 from bathbot_depthcorr.calibration_steps import Steps
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.colour_reference import ColourReference
-from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity
+from bathbot_depthcorr.correction_model import Correction, Identity
 from bathbot_depthcorr.fitting import DEFAULT_MODEL, find_fit
 from bathbot_depthcorr.guards import (
     check_colour,

@@ -7,30 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.correction_model import (
-    FILE_FORMAT,
-    CalibrationFileError,
-    CameraUnit,
-    Correction,
-    Identity,
-    OtherCameraError,
-)
+from bathbot_depthcorr.calibration_file import CalibrationFileError
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import FILE_FORMAT, Correction, Identity
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import rotation_angle
 from bathbot_depthcorr.two_imager import TwoImager
 from bathbot_depthcorr.two_stage import TwoStage
-
-__all__ = [
-    "MODELS",
-    "CalibrationFileError",
-    "CameraUnit",
-    "Correction",
-    "Identity",
-    "OtherCameraError",
-    "load",
-]
 
 MODELS: dict[str, type[Correction]] = {
     kind.model: kind for kind in (DisparitySpline, TwoStage, TwoImager, Identity)

@@ -4,86 +4,26 @@ A correction belongs to one camera unit: it knows the serial number, the intrins
 made for, and refuses another.
 """
 
-import os
-import tempfile
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_depthcorr.calibration_file import write_atomically
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.errors import DepthcorrError
 from bathbot_depthcorr.pinhole import Pinhole
 
 FILE_FORMAT = "bathbot depth correction 1"
-DEFAULT_BASELINE = 0.095  # [m] between the D455's imagers
 FACTORY_NOISE = 0.08  # [px] of disparity, one frame on a textured wall
 
 Depth = NDArray[np.float32]
 
 
-class CalibrationFileError(DepthcorrError):
-    """A file that is no depth correction, or cannot be written."""
-
-
-class OtherCameraError(DepthcorrError):
-    """A correction made for another camera, size or lens."""
-
-
 class DepthShapeError(DepthcorrError):
     """A depth image of another size than the calibration's."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CameraUnit:
-    """The one camera a correction was made for.
-
-    Attributes:
-        depth_camera: Intrinsics of the rectified depth stream at the size in use.
-        T_colour_depth: Maps points of the depth frame to the colour frame, shape (4, 4).
-        serial: Serial number, empty if unknown.
-        temperature: Of the depth chip at calibration [deg C], NaN if unknown.
-        baseline: Distance between the stereo imagers [m]; sets the unit of disparity.
-    """
-
-    depth_camera: Pinhole
-    T_colour_depth: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-    serial: str = ""
-    temperature: float = float("nan")
-    baseline: float = DEFAULT_BASELINE
-
-    @property
-    def focal_baseline(self) -> float:
-        """Product f B [px m] that turns depth into disparity."""
-        return self.depth_camera.fx * self.baseline
-
-    def refuse_other(self, depth_camera: Pinhole, serial: str = "") -> None:
-        """Compare with the camera that is connected.
-
-        Raises:
-            OtherCameraError: If size, intrinsics (beyond 0.1 px) or a known serial number differ.
-        """
-        mine, theirs = self.depth_camera, depth_camera
-        if (mine.width, mine.height) != (theirs.width, theirs.height):
-            raise OtherCameraError(
-                f"calibration is for {mine.width}x{mine.height}, camera sends "
-                f"{theirs.width}x{theirs.height}; "
-                "set the camera's depth profile to the calibrated size or calibrate again"
-            )
-        for name in ("fx", "fy", "cx", "cy"):
-            if abs(getattr(mine, name) - getattr(theirs, name)) > 0.1:
-                raise OtherCameraError(
-                    f"calibration has {name} {getattr(mine, name):.2f} px, camera has "
-                    f"{getattr(theirs, name):.2f} px; "
-                    "this is another camera or it was re-calibrated: calibrate again"
-                )
-        if serial and self.serial and serial != self.serial:
-            raise OtherCameraError(
-                f"calibration is for camera {self.serial}, connected is {serial}; "
-                "use that camera's calibration file"
-            )
 
 
 class Correction(ABC):
@@ -184,24 +124,6 @@ class Correction(ABC):
             "baseline": self.unit.baseline, **self.arrays(),
         }  # fmt: skip
         write_atomically(Path(path), contents)
-
-
-def write_atomically(path: Path, contents: dict[str, Any]) -> None:
-    """Write an .npz file under a temporary name and move it into place."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    except OSError as error:
-        raise CalibrationFileError(f"cannot write {path}: {error.strerror}; choose another folder") from error
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(file, **contents)
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    except OSError as error:
-        raise CalibrationFileError(f"cannot write {path}: {error.strerror}; is the disk full?") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 class Identity(Correction):

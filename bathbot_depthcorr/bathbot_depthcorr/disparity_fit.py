@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from bathbot_depthcorr.bspline_surface import SplineGrid
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_spline import DisparitySpline
-from bathbot_depthcorr.disparity_walls import Wall, wall_rows
+from bathbot_depthcorr.disparity_walls import Wall, wall_noise, wall_rows
 from bathbot_depthcorr.ripple import TERMS
-from bathbot_depthcorr.views import CalibrationView, block_centres, wall_noise
+from bathbot_depthcorr.views import CalibrationView, block_centres
 from bathbot_depthcorr.wall_fit import Columns, beside, solve_walls
 
 Array = NDArray[np.float64]

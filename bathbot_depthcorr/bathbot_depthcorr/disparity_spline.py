@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_depthcorr.bspline_surface import SplineGrid, row_step
-from bathbot_depthcorr.correction_model import CameraUnit, Correction, Depth
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Correction, Depth
 from bathbot_depthcorr.disparity_kernel import correct_disparity
 from bathbot_depthcorr.ripple import tame
 

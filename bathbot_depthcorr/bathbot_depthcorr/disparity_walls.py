@@ -1,13 +1,15 @@
 """Calibration views as the disparity models see them: block means of disparity along known rays."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Correction
 from bathbot_depthcorr.ripple import ripple_terms
-from bathbot_depthcorr.views import CalibrationView, block_means, block_size
+from bathbot_depthcorr.views import CalibrationView, block_means, block_size, true_disparity
 
 Array = NDArray[np.float64]
 
@@ -60,3 +62,21 @@ def wall_rows(view: CalibrationView, unit: CameraUnit) -> Wall:
         view.plane.inverse_form,
         np.linalg.inv(view.covariance + np.eye(3) * 1e-12),
     )
+
+
+def wall_noise(correction: Correction, views: Sequence[CalibrationView]) -> float:
+    """Standard deviation of one pixel's disparity in one frame [px], from what a correction leaves.
+
+    A constant error of a whole view is taken out: it comes from the view's plane, not from the pixels.
+    """
+    unit, variances = correction.unit, []
+    sparse = (slice(None, None, 3), slice(None, None, 3))
+    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[sparse])
+    for view in views:
+        left = unit.focal_baseline / correction.apply(view.depth)[sparse] - true_disparity(view, unit, rays)
+        left = left[np.isfinite(left)]
+        frozen = 1.4826 * np.median(np.abs(left - np.median(left)))
+        variances.append(
+            frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2
+        )
+    return float(np.sqrt(np.median(variances)))

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.correction import MODELS
-from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity
+from bathbot_depthcorr.correction_model import Correction, Identity
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
 from bathbot_depthcorr.errors import SettingsError
 from bathbot_depthcorr.two_imager_fit import fit_two_imager

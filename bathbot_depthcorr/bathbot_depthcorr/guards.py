@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_depthcorr.calibration_coverage import SAME_ANGLE, SAME_DISTANCE, coverage_of, pose_of
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.colour_reference import ColourReference
-from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.errors import DepthcorrError
 from bathbot_depthcorr.rigid import inverse
 from bathbot_depthcorr.views import CalibrationView

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bathbot_depthcorr.correction_model import CameraUnit, Correction
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Correction
 from bathbot_depthcorr.fitting import Fit
 from bathbot_depthcorr.held_out_view import wall_error
 from bathbot_depthcorr.views import CalibrationView, block_means, block_size

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_depthcorr.camera_health import CameraHealth
-from bathbot_depthcorr.correction_model import CameraUnit, Correction, Identity, OtherCameraError
+from bathbot_depthcorr.camera_unit import CameraUnit, OtherCameraError
+from bathbot_depthcorr.correction_model import Correction, Identity
 from bathbot_depthcorr.frame_quality import LEAST_FILL, Centre, FrameQuality, judge_frame
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.settings import Settings

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bathbot_depthcorr.bag_views import Recording
 from bathbot_depthcorr.calibration_coverage import ViewPose, coverage_of, gain_words, is_new, pose_of
 from bathbot_depthcorr.camera_health import CameraHealth
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.chessboard import (
     LEAST_CORNER_NOISE,
     BoardNotFoundError,
@@ -19,7 +20,6 @@ from bathbot_depthcorr.chessboard import (
     find_corners,
 )
 from bathbot_depthcorr.colour_reference import BoardView
-from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.sharpness import MOST_EDGE_WIDTH, edge_width
 from bathbot_depthcorr.still_watch import MOST_FRAMES, MeanDepth, StillSpan, StillWatch, mean_depth

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from bathbot_depthcorr.bspline_surface import SplineGrid
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_fit import (
     OFFSET_SIZE,
     PRIOR_OFFSET,
@@ -22,10 +22,10 @@ from bathbot_depthcorr.disparity_fit import (
     ripple_columns,
     smoothness,
 )
-from bathbot_depthcorr.disparity_walls import wall_rows
+from bathbot_depthcorr.disparity_walls import wall_noise, wall_rows
 from bathbot_depthcorr.ripple import TERMS
 from bathbot_depthcorr.two_imager import TwoImager, widest_disparity
-from bathbot_depthcorr.views import CalibrationView, block_centres, wall_noise
+from bathbot_depthcorr.views import CalibrationView, block_centres
 from bathbot_depthcorr.wall_fit import Columns, beside, solve_walls
 
 Array = NDArray[np.float64]

@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_depthcorr.correction_model import CameraUnit, Correction, Depth
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Correction, Depth
 from bathbot_depthcorr.disparity_kernel import correct_polynomial
 
 _LEAST_SLOPE = 0.2

@@ -14,16 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.disparity_walls import wall_noise
 from bathbot_depthcorr.plane import fit_plane
 from bathbot_depthcorr.two_stage import TwoStage, make_monotone
-from bathbot_depthcorr.views import (
-    CalibrationView,
-    block_means,
-    block_size,
-    nearest_first,
-    wall_noise,
-)
+from bathbot_depthcorr.views import CalibrationView, block_means, block_size, nearest_first
 from bathbot_depthcorr.wall_fit import PRIOR_ROTATION, PRIOR_TRANSLATION
 
 Array = NDArray[np.float64]

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_depthcorr.calibration_file import write_atomically
 from bathbot_depthcorr.calibration_steps import Steps
-from bathbot_depthcorr.correction_model import DEFAULT_BASELINE, CameraUnit, write_atomically
+from bathbot_depthcorr.camera_unit import DEFAULT_BASELINE, CameraUnit
 from bathbot_depthcorr.errors import BathbotError, DepthcorrError
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.plane import Plane, fit_plane

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.colour_reference import ColourReference
-from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.views import CalibrationView
 
 

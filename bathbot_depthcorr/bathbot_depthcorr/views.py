@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.correction_model import CameraUnit, Correction
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.plane import Plane
 
@@ -82,21 +82,3 @@ def true_depth(view: CalibrationView, unit: CameraUnit) -> Array:
 def nearest_first(views: Sequence[CalibrationView]) -> list[CalibrationView]:
     """Views ordered by distance, near to far."""
     return sorted(views, key=lambda view: view.distance)
-
-
-def wall_noise(correction: Correction, views: Sequence[CalibrationView]) -> float:
-    """Standard deviation of one pixel's disparity in one frame [px], from what a correction leaves.
-
-    A constant error of a whole view is taken out: it comes from the view's plane, not from the pixels.
-    """
-    unit, variances = correction.unit, []
-    sparse = (slice(None, None, 3), slice(None, None, 3))
-    rays = unit.depth_camera.directions(unit.depth_camera.pixel_grid()[sparse])
-    for view in views:
-        left = unit.focal_baseline / correction.apply(view.depth)[sparse] - true_disparity(view, unit, rays)
-        left = left[np.isfinite(left)]
-        frozen = 1.4826 * np.median(np.abs(left - np.median(left)))
-        variances.append(
-            frozen**2 + (1.0 - 1.0 / view.frames) * (unit.focal_baseline * view.temporal_noise) ** 2
-        )
-    return float(np.sqrt(np.median(variances)))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_walls import Wall
 from bathbot_depthcorr.rigid import transform_from
 

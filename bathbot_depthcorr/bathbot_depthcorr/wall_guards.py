@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import theilslopes
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.guards import CalibrationRefusedError, demands_on
 from bathbot_depthcorr.plane import DegeneratePlaneError, fit_plane
 from bathbot_depthcorr.rigid import inverse

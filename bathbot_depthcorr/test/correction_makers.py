@@ -1,7 +1,7 @@
 """Corrections with random coefficients for a small camera."""
 
 import numpy as np
-from bathbot_depthcorr.correction import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.rigid import transform_from

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.depth_corrector_node import DepthCorrector
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.messages import image_mm_from_depth, info_from_pinhole, stamp_from_seconds

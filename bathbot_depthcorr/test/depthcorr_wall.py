@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.plane import Plane
 from bathbot_depthcorr.rigid import transform_from

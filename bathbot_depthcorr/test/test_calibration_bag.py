@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.bag_views import BagError, read_boards
 from bathbot_depthcorr.calibrate import calibrate_bag
+from bathbot_depthcorr.calibration_file import CalibrationFileError
 from bathbot_depthcorr.camera_health import CameraHealth, camera_health
 from bathbot_depthcorr.chessboard import Chessboard
 from bathbot_depthcorr.correction import load
-from bathbot_depthcorr.correction_model import CalibrationFileError
 from bathbot_depthcorr.errors import BathbotError, SettingsError
 from bathbot_depthcorr.guards import CalibrationRefusedError
 from depthcorr_bag import BOARD, PREFIX, TYPES, record

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.correction import CalibrationFileError, load
+from bathbot_depthcorr.calibration_file import CalibrationFileError
+from bathbot_depthcorr.correction import load
 from correction_makers import spline
 
 

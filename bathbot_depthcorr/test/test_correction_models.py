@@ -1,14 +1,9 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.bspline_surface import SplineGrid
-from bathbot_depthcorr.correction import (
-    MODELS,
-    CameraUnit,
-    Identity,
-    OtherCameraError,
-    load,
-)
-from bathbot_depthcorr.correction_model import DepthShapeError
+from bathbot_depthcorr.camera_unit import CameraUnit, OtherCameraError
+from bathbot_depthcorr.correction import MODELS, load
+from bathbot_depthcorr.correction_model import DepthShapeError, Identity
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.pinhole import Pinhole
 from bathbot_depthcorr.ripple import ripple_terms, tame

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
 from bathbot_depthcorr.two_imager_fit import fit_two_imager
 from bathbot_depthcorr.two_stage_fit import fit_two_stage

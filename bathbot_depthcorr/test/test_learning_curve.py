@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.correction_model import CameraUnit, Identity
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Identity
 from bathbot_depthcorr.guards import check_coverage
 from bathbot_depthcorr.learning_curve import SIZES, LearningPoint, learning_curve, smooth_error
 from bathbot_depthcorr.views import CalibrationView

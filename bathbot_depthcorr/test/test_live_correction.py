@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.camera_health import CameraHealth
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_spline import DisparitySpline
 from bathbot_depthcorr.frame_quality import Centre, quality_values
 from bathbot_depthcorr.live_correction import Level, LiveCorrection

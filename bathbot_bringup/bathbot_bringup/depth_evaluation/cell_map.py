@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.views import block_centres
 from numpy.typing import NDArray
 

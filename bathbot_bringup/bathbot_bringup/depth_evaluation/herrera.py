@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_fit import PRIOR_OFFSET, PRIOR_SCALE
 from bathbot_depthcorr.disparity_walls import Wall, wall_rows
 from bathbot_depthcorr.views import CalibrationView

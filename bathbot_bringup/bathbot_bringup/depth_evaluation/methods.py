@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_fit import fit_disparity_spline
 from bathbot_depthcorr.two_imager_fit import fit_two_imager
 from bathbot_depthcorr.two_stage_fit import fit_two_stage

@@ -10,9 +10,9 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.chessboard import Chessboard
 from bathbot_depthcorr.colour_reference import BoardView, ColourReference, views_from_boards
-from bathbot_depthcorr.correction_model import CameraUnit
 from bathbot_depthcorr.plane import Plane
 from bathbot_depthcorr.rigid import inverse, transform_points
 from bathbot_depthcorr.views import CalibrationView

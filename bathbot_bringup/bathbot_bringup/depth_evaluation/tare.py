@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from bathbot_depthcorr.correction_model import CameraUnit
+from bathbot_depthcorr.camera_unit import CameraUnit
 from bathbot_depthcorr.disparity_walls import wall_rows
 from bathbot_depthcorr.views import CalibrationView, true_disparity
 from numpy.typing import NDArray

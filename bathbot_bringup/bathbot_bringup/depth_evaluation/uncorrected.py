@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from bathbot_depthcorr.correction_model import CameraUnit, Identity
+from bathbot_depthcorr.camera_unit import CameraUnit
+from bathbot_depthcorr.correction_model import Identity
 from bathbot_depthcorr.views import CalibrationView
 
 

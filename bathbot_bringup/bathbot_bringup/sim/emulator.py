@@ -18,7 +18,7 @@ import numpy as np
 from bathbot_scrub.rm65.errors import ArmConnectionError
 from bathbot_scrub.rm65.kinematics import Kinematics
 from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.period import raise_priority
+from bathbot_scrub.rm65.priority import raise_priority
 from bathbot_scrub.rm65.protocol import Frame
 from numpy.typing import NDArray
 

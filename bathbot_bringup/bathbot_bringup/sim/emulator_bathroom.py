@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 
-from bathbot_scrub.rm65.period import prefer_process
+from bathbot_scrub.rm65.priority import prefer_process
 
 from bathbot_bringup.sim.brush import SkinSurface
 from bathbot_bringup.sim.emulator import Emulator

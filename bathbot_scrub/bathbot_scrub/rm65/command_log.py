@@ -1,7 +1,6 @@
 """When commands went out: how regular they are, and how soon they answer to force."""
 
-from bathbot_scrub.rm65.period import PeriodStatistics
-from bathbot_scrub.rm65.reaction import ReactionStatistics
+from bathbot_scrub.rm65.reaction import PeriodStatistics, ReactionStatistics
 
 
 class CommandLog:

@@ -1,44 +1,6 @@
-"""A steady beat on an absolute schedule, and how regular it really is."""
+"""A steady beat on an absolute schedule."""
 
-import contextlib
-import os
-import threading
 import time
-from collections import deque
-
-import numpy as np
-
-
-class PeriodStatistics:
-    """Deviations of the last periods from the one wanted. One thread adds, others read."""
-
-    def __init__(self, period: float, kept: int = 500) -> None:
-        """Keep the newest `kept` periods; `period` [s] is wanted."""
-        self.period = period
-        self._deviations: deque[float] = deque(maxlen=kept)
-        self._last: float | None = None
-        self.longest = 0.0  # [s] the longest period, ever
-        self.missed = 0  # periods longer than twice the one wanted, ever
-        self.sent = 0
-
-    def tick(self, now: float) -> None:
-        """A command goes out now [s]."""
-        if self._last is not None:
-            gap = now - self._last
-            self._deviations.append(abs(gap - self.period))
-            self.missed += gap > 2.0 * self.period
-            self.longest = max(self.longest, gap)
-        self._last = now
-        self.sent += 1
-
-    def pause(self) -> None:
-        """The stream rests: the gap that follows is none of its periods."""
-        self._last = None
-
-    def p99(self) -> float:
-        """99th percentile of |period - wanted| [s]; 0 before the first."""
-        deviations = list(self._deviations)
-        return float(np.percentile(deviations, 99)) if deviations else 0.0
 
 
 class Beat:
@@ -78,29 +40,3 @@ class Pulse:
         now = time.monotonic()
         since, self._last = now - self._last, now
         return since
-
-
-def prefer_process() -> None:
-    """Ask for this process and all its threads to come to be served first; not granted is no error.
-
-    Call it before the first thread starts. The control loop alone is not enough: it waits for the
-    interpreter while another thread holds it, and that thread must not be put aside meanwhile.
-    """
-    try:
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
-    except (OSError, AttributeError):
-        with contextlib.suppress(OSError, AttributeError):
-            os.setpriority(os.PRIO_PROCESS, 0, min(os.getpriority(os.PRIO_PROCESS, 0), -10))
-
-
-def raise_priority() -> str:
-    """Ask for real-time scheduling of the calling thread; say what it has."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))
-    except (OSError, AttributeError):
-        try:
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), -10)
-        except (OSError, AttributeError):
-            return "ordinary priority (no permission for more)"
-        return "nice -10"
-    return "SCHED_FIFO 20"

@@ -1,8 +1,40 @@
-"""How long the arm takes to answer to force: from the sample's arrival to the command on the wire."""
+"""How regular the stream of commands is, and how soon it answers to force."""
 
 from collections import deque
 
 import numpy as np
+
+
+class PeriodStatistics:
+    """Deviations of the last periods from the one wanted. One thread adds, others read."""
+
+    def __init__(self, period: float, kept: int = 500) -> None:
+        """Keep the newest `kept` periods; `period` [s] is wanted."""
+        self.period = period
+        self._deviations: deque[float] = deque(maxlen=kept)
+        self._last: float | None = None
+        self.longest = 0.0  # [s] the longest period, ever
+        self.missed = 0  # periods longer than twice the one wanted, ever
+        self.sent = 0
+
+    def tick(self, now: float) -> None:
+        """A command goes out now [s]."""
+        if self._last is not None:
+            gap = now - self._last
+            self._deviations.append(abs(gap - self.period))
+            self.missed += gap > 2.0 * self.period
+            self.longest = max(self.longest, gap)
+        self._last = now
+        self.sent += 1
+
+    def pause(self) -> None:
+        """The stream rests: the gap that follows is none of its periods."""
+        self._last = None
+
+    def p99(self) -> float:
+        """99th percentile of |period - wanted| [s]; 0 before the first."""
+        deviations = list(self._deviations)
+        return float(np.percentile(deviations, 99)) if deviations else 0.0
 
 
 class ReactionStatistics:

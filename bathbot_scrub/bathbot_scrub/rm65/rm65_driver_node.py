@@ -31,7 +31,7 @@ from bathbot_scrub.rm65.messages import (
     request_from_goal,
     segment_from_message,
 )
-from bathbot_scrub.rm65.period import prefer_process
+from bathbot_scrub.rm65.priority import prefer_process
 from bathbot_scrub.rm65.snapshot import Snapshot
 from bathbot_scrub.rm65.telemetry import Publishers, Telemetry, diagnostic_values, warning
 from bathbot_scrub.rm65.ticker import Ticker

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
-from bathbot_scrub.rm65.period import raise_priority
+from bathbot_scrub.rm65.priority import raise_priority
 from bathbot_scrub.rm65.protocol import (
     Frame,
     decode,

@@ -3,7 +3,8 @@
 import threading
 from collections.abc import Callable
 
-from bathbot_scrub.rm65.period import Beat, raise_priority
+from bathbot_scrub.rm65.period import Beat
+from bathbot_scrub.rm65.priority import raise_priority
 
 
 class SteadyThread:
