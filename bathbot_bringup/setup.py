@@ -6,7 +6,7 @@ setup(
     name="bathbot_bringup",
     version="0.1.0",
     packages=find_packages(include=["bathbot_bringup*"]),
-    package_data={"bathbot_bringup": ["sim/*.npz", "sim/scenarios/*.yaml"]},
+    package_data={"bathbot_bringup": ["sim/data/*.npz", "sim/data/scenarios/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/bathbot_bringup"]),
         ("share/bathbot_bringup", ["package.xml"]),
@@ -22,11 +22,11 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "bathbot = bathbot_bringup.cli:main",
-            "recorder = bathbot_bringup.recorder_node:main",
-            "replayer = bathbot_bringup.replayer_node:main",
-            "sim_camera = bathbot_bringup.sim.sim_camera_node:main",
-            "sim_rm65 = bathbot_bringup.sim.sim_rm65_node:main",
+            "bathbot = bathbot_bringup.command.cli:main",
+            "recorder = bathbot_bringup.bag.recorder_node:main",
+            "replayer = bathbot_bringup.bag.replayer_node:main",
+            "sim_camera = bathbot_bringup.sim.camera.sim_camera_node:main",
+            "sim_rm65 = bathbot_bringup.sim.arm.sim_rm65_node:main",
         ],
     },
 )

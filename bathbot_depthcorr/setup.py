@@ -6,7 +6,7 @@ setup(
     name="bathbot_depthcorr",
     version="0.1.0",
     packages=find_packages(include=["bathbot_depthcorr*"]),
-    package_data={"bathbot_depthcorr": ["*.xml"]},
+    package_data={"bathbot_depthcorr": ["node/*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/bathbot_depthcorr"]),
         ("share/bathbot_depthcorr", ["package.xml"]),
@@ -22,7 +22,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "depth_corrector = bathbot_depthcorr.depth_corrector_node:main",
+            "depth_corrector = bathbot_depthcorr.live.depth_corrector_node:main",
         ],
     },
 )

@@ -6,7 +6,6 @@ setup(
     name="bathbot_localize",
     version="0.1.0",
     packages=find_packages(include=["bathbot_localize*"]),
-    package_data={"bathbot_localize": []},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/bathbot_localize"]),
         ("share/bathbot_localize", ["package.xml"]),

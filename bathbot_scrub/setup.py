@@ -6,7 +6,6 @@ setup(
     name="bathbot_scrub",
     version="0.1.0",
     packages=find_packages(include=["bathbot_scrub*"]),
-    package_data={"bathbot_scrub": ["rm65/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/bathbot_scrub"]),
         ("share/bathbot_scrub", ["package.xml"]),
@@ -23,7 +22,7 @@ setup(
     entry_points={
         "console_scripts": [
             "scrub_planner = bathbot_scrub.scrub_planner_node:main",
-            "rm65_driver = bathbot_scrub.rm65.rm65_driver_node:main",
+            "rm65_driver = bathbot_scrub.rm65.ros.rm65_driver_node:main",
         ],
     },
 )

@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 import rclpy
+from bathbot_depthcorr.node import stage_node
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-
-from bathbot_depthcorr import stage_node
 
 
 class Graph:

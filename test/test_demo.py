@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
-DEMO = [sys.executable, "-m", "bathbot_bringup.cli", "demo"]
+DEMO = [sys.executable, "-m", "bathbot_bringup.command.cli", "demo"]
 
 
 def processes_with(text: str) -> list[str]:

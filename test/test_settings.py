@@ -10,15 +10,15 @@ import yaml
 
 ROOT = Path(__file__).parents[1]
 NODES = {
-    "depth_corrector": "bathbot_depthcorr.depth_corrector_node",
+    "depth_corrector": "bathbot_depthcorr.live.depth_corrector_node",
     "skin_detector": "bathbot_perception.skin_detector_node",
     "target_localizer": "bathbot_localize.target_localizer_node",
     "scrub_planner": "bathbot_scrub.scrub_planner_node",
-    "rm65_driver": "bathbot_scrub.rm65.rm65_driver_node",
-    "recorder": "bathbot_bringup.recorder_node",
-    "replayer": "bathbot_bringup.replayer_node",
-    "sim_camera": "bathbot_bringup.sim.sim_camera_node",
-    "sim_rm65": "bathbot_bringup.sim.sim_rm65_node",
+    "rm65_driver": "bathbot_scrub.rm65.ros.rm65_driver_node",
+    "recorder": "bathbot_bringup.bag.recorder_node",
+    "replayer": "bathbot_bringup.bag.replayer_node",
+    "sim_camera": "bathbot_bringup.sim.camera.sim_camera_node",
+    "sim_rm65": "bathbot_bringup.sim.arm.sim_rm65_node",
 }
 
 

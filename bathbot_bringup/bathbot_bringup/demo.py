@@ -4,18 +4,18 @@ import os
 import time
 from pathlib import Path
 
-from bathbot_bringup.bathing import Sighting
-from bathbot_bringup.bathing_job import BathingJob
-from bathbot_bringup.bathing_node import Bather
-from bathbot_bringup.demo_graph import demo_nodes, free_ports
-from bathbot_bringup.demo_settings import DemoSettings
-from bathbot_bringup.domain import free_domain, used_ports
+from bathbot_bringup.bathing.client_node import Bather
+from bathbot_bringup.bathing.job import BathingJob
+from bathbot_bringup.bathing.nodes import demo_nodes, free_ports
+from bathbot_bringup.bathing.settings import DemoSettings
+from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import ProcessError, StepError
-from bathbot_bringup.graph_client_node import GraphClient
-from bathbot_bringup.node_table import node_command
-from bathbot_bringup.processes import ProcessGroup, isolated_environment
-from bathbot_bringup.report import Outcome, report_run
-from bathbot_bringup.stages import StageLog
+from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_bringup.graph.isolation import free_domain, used_ports
+from bathbot_bringup.graph.node_table import node_command
+from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.stages import StageLog
+from bathbot_bringup.report.report import Outcome, report_run
 
 START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
 BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"

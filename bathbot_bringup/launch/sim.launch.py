@@ -60,7 +60,7 @@ def generate_launch_description() -> LaunchDescription:
                 name: LaunchConfiguration(name)
                 for name in ("namespace", "params_file", "autostart", "log_level")
             },
-            "calibration": str(files("bathbot_bringup") / "sim" / "sim_d455_calibration.npz"),
+            "calibration": str(files("bathbot_bringup") / "sim" / "data" / "sim_d455_calibration.npz"),
             "hand_eye": PathJoinSubstitution([share, "config", "sim_hand_eye.yaml"]),
         }.items(),
     )

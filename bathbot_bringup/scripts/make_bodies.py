@@ -1,8 +1,8 @@
 """Make the seated bodies of the simulated bathroom from the Anny body model.
 
 Needs an environment of its own: Python 3.11 with `anny` and `torch` (code Apache-2.0, data CC0). Nothing at
-run time needs either; the bodies are committed as `bathbot_bringup/sim/bodies.npz`. No mesh but Anny's own
-is used. From this folder:
+run time needs either; the bodies are committed as `bathbot_bringup/sim/data/bodies.npz`. No mesh
+but Anny's own is used. From this folder:
 
     ANNY_CACHE_DIR=... python make_bodies.py --count 12 --seed 7 --arms hanging abducted thigh --out x.npz
 

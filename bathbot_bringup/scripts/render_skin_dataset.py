@@ -13,15 +13,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 from bathbot_bringup.sim.body import Body, load_body
-from bathbot_bringup.sim.render import Rendering, render
-from bathbot_bringup.sim.render_bathroom import arm_like, clutter, random_lighting, random_room, stool
-from bathbot_bringup.sim.render_boxes import skin_boxes, write_voc
-from bathbot_bringup.sim.render_mesh import merged
-from bathbot_bringup.sim.render_stage import lit_stage
-from bathbot_bringup.sim.render_view import looking_at
-from bathbot_bringup.sim.render_weather import Weather, weathered
+from bathbot_bringup.sim.render.bathroom import arm_like, clutter, random_lighting, random_room, stool
+from bathbot_bringup.sim.render.boxes import skin_boxes, write_voc
+from bathbot_bringup.sim.render.mesh import merged
+from bathbot_bringup.sim.render.render import Rendering, render
+from bathbot_bringup.sim.render.stage import lit_stage, looking_at
+from bathbot_bringup.sim.render.weather import Weather, weathered
 from bathbot_bringup.sim.skin_tone import dressed, random_look
-from bathbot_depthcorr.pinhole import Pinhole
+from bathbot_depthcorr.geometry.pinhole import Pinhole
 
 COLOUR_DISTORTION = (-0.0565, 0.0688, -0.00072, -0.00002, -0.0224)
 

@@ -1,15 +1,15 @@
 """One good request for every command of the emulated controller, and a desk to put it on."""
 
 import numpy as np
-from bathbot_bringup.sim import commands  # noqa: F401 - fills the table
-from bathbot_bringup.sim.arm_setup import Arm
+from bathbot_bringup.sim.arm import commands  # noqa: F401 - fills the table
+from bathbot_bringup.sim.arm.commands.table import Desk
+from bathbot_bringup.sim.arm.controller.arm_setup import Arm
+from bathbot_bringup.sim.arm.controller.controller import STEP, Controller
+from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.brush import Brush
-from bathbot_bringup.sim.commands.table import Desk
-from bathbot_bringup.sim.controller import STEP, Controller
-from bathbot_bringup.sim.emulator_surface import NoSurface
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.protocol import joints_to_wire, pose_to_wire
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.controller.protocol import joints_to_wire, pose_to_wire
 
 READY = np.radians([0.0, 20.0, -100.0, 0.0, -60.0, 0.0])
 JOINTS = joints_to_wire(READY)

@@ -9,15 +9,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
-from bathbot_bringup.sim.emulator_surface import PlaneSurface
-from bathbot_scrub.rm65.approach import Request
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
+from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics, retreated
-from bathbot_scrub.rm65.segment_queue import Segment
+from bathbot_scrub.rm65.motion.approach import Request
+from bathbot_scrub.rm65.motion.scrub_path import Segment
+from bathbot_scrub.rm65.settings import DriverSettings
 
 AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
 SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))

@@ -9,7 +9,8 @@ import time
 from contextlib import contextmanager
 
 import rclpy
-from bathbot_scrub.rm65.messages import pose_message
+from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_scrub.rm65.ros.messages import pose_message
 from diagnostic_msgs.msg import DiagnosticArray
 from emulator_cell import READY_DEG, REGION, TARGET
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -21,15 +22,14 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment, SimContact
 
 DOMAIN = 1 + os.getpid() % 100
 EMULATOR = """
 import threading
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from emulator_cell import READY_DEG, Wall
 with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), Wall()) as emulator:
     print(emulator.port, flush=True)
@@ -53,7 +53,7 @@ def node(module, **parameters):
 
 
 def driver_node(**parameters):
-    return node("bathbot_scrub.rm65.rm65_driver_node", udp_port=0, **parameters)
+    return node("bathbot_scrub.rm65.ros.rm65_driver_node", udp_port=0, **parameters)
 
 
 @contextmanager

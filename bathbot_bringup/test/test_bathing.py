@@ -2,12 +2,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bathbot_bringup.bathing import Sighting, settled
-from bathbot_bringup.bathing_job import BathingJob
+from bathbot_bringup.bathing.job import BathingJob
+from bathbot_bringup.bathing.steps import Sighting, settled
 from bathbot_bringup.errors import ProcessError, StepError
-from bathbot_bringup.stages import StageLog
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_localize.target import Target
+from bathbot_bringup.graph.stages import StageLog
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_localize.target.target import Target
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_bringup.bench_arm import arm_table
-from bathbot_bringup.bench_arm_stream import PERIOD, regularity
-from bathbot_bringup.cli import run
+from bathbot_bringup.bench.arm import arm_table
+from bathbot_bringup.bench.arm_stream import PERIOD, regularity
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.sim.trace import TraceData
+from bathbot_bringup.sim.arm.trace import TraceData
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console

@@ -3,13 +3,13 @@ import os
 
 import numpy as np
 import pytest
-from bathbot_bringup.arguments import picture_size
-from bathbot_bringup.bench_apply import time_apply
-from bathbot_bringup.bench_scene import bench_camera, bench_correction, bench_corrections, bench_frames
-from bathbot_bringup.bench_stream import arrived, cpu_seconds
-from bathbot_bringup.cli import run
+from bathbot_bringup.bench.apply import time_apply
+from bathbot_bringup.bench.scene import bench_camera, bench_correction, bench_corrections, bench_frames
+from bathbot_bringup.bench.stream import arrived, cpu_seconds
+from bathbot_bringup.command.arguments import picture_size
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_depthcorr.correction import MODELS
+from bathbot_depthcorr.models.correction import MODELS
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from bathbot_bringup.bench_ik import bench_ik
+from bathbot_bringup.bench.ik import bench_ik
 from bathbot_bringup.errors import InputError
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bathbot_bringup.sim.body import vertex_normals
 from bathbot_bringup.sim.body_surface import BodySurface
-from bathbot_bringup.sim.render_light import ray_scene
+from bathbot_bringup.sim.render.light import ray_scene
 from bathbot_bringup.sim.scenario import BodyMotion, Scenario, Shift, load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
 from hypothesis import given, settings

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from bathbot_bringup.sim.arm.controller.controller_force import ForceSensor
+from bathbot_bringup.sim.arm.emulator.surface import NoSurface, PlaneSurface, SphereSurface
 from bathbot_bringup.sim.brush import SKIN_STIFFNESS, Brush
-from bathbot_bringup.sim.controller_force import ForceSensor
-from bathbot_bringup.sim.emulator_surface import NoSurface, PlaneSurface, SphereSurface
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
-from bathbot_scrub.rm65.wrench_filter import at_tip
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH
+from bathbot_scrub.rm65.force.wrench_filter import at_tip
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -4,18 +4,17 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_bringup.arguments import picture_size
-from bathbot_bringup.cli import run
+from bathbot_bringup.command.arguments import picture_size
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.view_folder import write_view_folder
-from bathbot_depthcorr.view_set import ViewSet
-from bathbot_depthcorr.views import CalibrationView
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.models import correction
+from bathbot_depthcorr.views.colour_reference import ViewSet
+from bathbot_depthcorr.views.view_folder import write_view_folder
+from bathbot_depthcorr.views.views import CalibrationView
 from scipy.spatial.transform import Rotation
-
-from bathbot_depthcorr import fitting
 
 CAMERA = Pinhole(320, 180, 160.0, 160.0, 160.0, 90.0)
 
@@ -78,7 +77,7 @@ def test_an_interrupted_fit_writes_nothing(folder, tmp_path, monkeypatch, capsys
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(fitting.FITS, "two_stage", interrupt)
+    monkeypatch.setitem(correction.FITS, "two_stage", interrupt)
     arguments = ["calibrate", "depth", str(folder), "--model", "two_stage", "--out", str(tmp_path / "a.npz")]
     assert run(arguments) == 130
     assert "stopped fit two_stage" in capsys.readouterr().out.replace("  ", " ")

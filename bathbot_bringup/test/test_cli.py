@@ -3,9 +3,9 @@ import subprocess
 import sys
 
 import pytest
-from bathbot_bringup.arguments import board_size, seed_list
-from bathbot_bringup.bathing import full_region_name
-from bathbot_bringup.cli import run
+from bathbot_bringup.bathing.steps import full_region_name
+from bathbot_bringup.command.arguments import board_size, seed_list
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -126,7 +126,7 @@ def test_a_result_that_cannot_be_written(capsys, tmp_path):
 
 def test_mistakes_leave_no_traceback_in_a_real_process():
     outcome = subprocess.run(
-        [sys.executable, "-m", "bathbot_bringup.cli", "demo", "--region", "nose"],
+        [sys.executable, "-m", "bathbot_bringup.command.cli", "demo", "--region", "nose"],
         capture_output=True,
         text=True,
     )
@@ -173,7 +173,7 @@ def test_regions_have_short_names(name):
 
 def test_numbers_that_do_not_exist_become_null(tmp_path):
     import numpy as np
-    from bathbot_bringup.result_file import write_json
+    from bathbot_bringup.files import write_json
 
     write_json(
         tmp_path / "x.json", {"a": float("nan"), "b": np.float32(1.5), "c": [np.inf, np.int64(2)], "d": True}

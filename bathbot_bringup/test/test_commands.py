@@ -5,11 +5,11 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.arm_health import ARC_IMPOSSIBLE, TARGET_OVER_LIMIT, UNREACHABLE
-from bathbot_bringup.sim.commands.table import COMMANDS, reply
-from bathbot_bringup.sim.motion_plan import Motion
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.protocol import pose_from_wire
+from bathbot_bringup.sim.arm.commands.table import COMMANDS, reply
+from bathbot_bringup.sim.arm.controller.arm_health import ARC_IMPOSSIBLE, TARGET_OVER_LIMIT, UNREACHABLE
+from bathbot_bringup.sim.arm.controller.motion_plan import Motion
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.controller.protocol import pose_from_wire
 from command_examples import EXAMPLES, JOINTS, PLACE, READY, desk_at, place, run
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.commands.table import reply
-from bathbot_bringup.sim.emulator_surface import PlaneSurface
-from bathbot_bringup.sim.push import PushSettings, datagram
-from bathbot_scrub.rm65.protocol import joints_from_wire, pose_from_wire, quaternion_to_wire
+from bathbot_bringup.sim.arm.commands.table import reply
+from bathbot_bringup.sim.arm.controller.push import PushSettings, datagram
+from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
+from bathbot_scrub.rm65.controller.protocol import joints_from_wire, pose_from_wire, quaternion_to_wire
 from command_examples import EXAMPLES, JOINTS, PLACE, READY, desk_at, run
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,6 +1,6 @@
 import numpy as np
-from bathbot_bringup.contact_measures import contact_measures, in_contact
-from bathbot_bringup.coverage import coverage, patch_frame, skin_samples
+from bathbot_bringup.report.contact_measures import contact_measures, in_contact
+from bathbot_bringup.report.coverage import coverage, patch_frame, skin_samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

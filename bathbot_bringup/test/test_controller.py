@@ -4,22 +4,22 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim import commands  # noqa: F401 - fills the table
-from bathbot_bringup.sim.arm_health import OVER_SPEED, TARGET_OVER_LIMIT
-from bathbot_bringup.sim.arm_setup import Arm
+from bathbot_bringup.sim.arm import commands  # noqa: F401 - fills the table
+from bathbot_bringup.sim.arm.commands.table import COMMANDS, Desk, reply
+from bathbot_bringup.sim.arm.controller.arm_health import OVER_SPEED, TARGET_OVER_LIMIT
+from bathbot_bringup.sim.arm.controller.arm_setup import Arm
+from bathbot_bringup.sim.arm.controller.controller import STEP, Controller
+from bathbot_bringup.sim.arm.controller.joint_dynamics import JointDynamics
+from bathbot_bringup.sim.arm.controller.motion_plan import Motion
+from bathbot_bringup.sim.arm.controller.push import PushSettings, datagram
+from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG
+from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.brush import Brush
-from bathbot_bringup.sim.commands.table import COMMANDS, Desk, reply
-from bathbot_bringup.sim.controller import STEP, Controller
-from bathbot_bringup.sim.emulator_settings import HOME_DEG
-from bathbot_bringup.sim.emulator_surface import NoSurface
-from bathbot_bringup.sim.joint_dynamics import JointDynamics
-from bathbot_bringup.sim.motion_plan import Motion
-from bathbot_bringup.sim.push import PushSettings, datagram
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.controller.protocol import joints_from_wire, pose_from_wire, pose_to_wire
+from bathbot_scrub.rm65.controller.state_push import parse_sample
 from bathbot_scrub.rm65.errors import ProtocolError
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.protocol import joints_from_wire, pose_from_wire, pose_to_wire
-from bathbot_scrub.rm65.state_push import parse_sample
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -4,15 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from bathbot_bringup.depth_evaluation.clams import PUBLISHED_BIN, Clams, fit_clams
-from bathbot_bringup.depth_evaluation.herrera import Herrera
-from bathbot_bringup.depth_evaluation.methods import METHODS
-from bathbot_bringup.depth_evaluation.tare import Tare
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.rigid import inverse, rotation_angle, transform_from
-from bathbot_depthcorr.views import CalibrationView
+from bathbot_bringup.evaluation.depth.methods.clams import PUBLISHED_BIN, Clams, fit_clams
+from bathbot_bringup.evaluation.depth.methods.herrera import Herrera
+from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.tare import Tare
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle, transform_from
+from bathbot_depthcorr.views.views import CalibrationView
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 

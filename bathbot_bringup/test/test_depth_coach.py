@@ -9,16 +9,15 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from bathbot_bringup.calibration_job import Job
-from bathbot_bringup.coach_screen import CoachScreen, CoachState, pose_words, render
-from bathbot_bringup.depth_coach_node import coach
-from bathbot_bringup.domain import free_domain, used_ports
+from bathbot_bringup.calibration.coach import CoachScreen, CoachState, Gathering, pose_words, render
+from bathbot_bringup.calibration.coach_node import coach
+from bathbot_bringup.calibration.depth_job import Job
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.gathering import Gathering
-from bathbot_bringup.processes import isolated_environment
-from bathbot_depthcorr.calibration_coverage import ViewPose
-from bathbot_depthcorr.chessboard import Chessboard
-from bathbot_depthcorr.correction import load
+from bathbot_bringup.graph.isolation import free_domain, used_ports
+from bathbot_bringup.graph.processes import isolated_environment
+from bathbot_depthcorr.calibration.coverage import ViewPose
+from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.views.chessboard import Chessboard
 from rich.console import Console
 
 CAMERA = {
@@ -110,7 +109,7 @@ def camera(environment):
     """The simulated camera before the board, as a process."""
     values = [part for key, value in CAMERA.items() for part in ("-p", f"{key}:={value}")]
     process = subprocess.Popen(
-        [sys.executable, "-m", "bathbot_bringup.sim.sim_camera_node", "--ros-args", *values],
+        [sys.executable, "-m", "bathbot_bringup.sim.camera.sim_camera_node", "--ros-args", *values],
         env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     yield process
@@ -122,7 +121,7 @@ def test_a_camera_is_calibrated_live(camera, environment, tmp_path):
     """Poses are taken as they come; Ctrl-C with enough of them calibrates as from a bag."""
     options = ["--out", "unit.npz", "--views", "views", "--json", "report.json"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "bathbot_bringup.cli", "calibrate", "depth", "--live", *options],
+        [sys.executable, "-m", "bathbot_bringup.command.cli", "calibrate", "depth", "--live", *options],
         env=environment, cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     watchdog = threading.Timer(80.0, process.kill)

@@ -5,22 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bathbot_bringup.arguments import count_or_seeds
-from bathbot_bringup.cli import run
-from bathbot_bringup.depth_evaluation.bootstrap import interval, verdict
-from bathbot_bringup.depth_evaluation.measures import errors, flatness
-from bathbot_bringup.depth_evaluation.methods import METHODS
-from bathbot_bringup.depth_evaluation.recording import Recording
-from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit, facing
-from bathbot_bringup.depth_evaluation.surfaces import Cylinder
-from bathbot_bringup.depth_evaluation.sweeps import SWEEPS, circumstances
-from bathbot_bringup.depth_evaluation.table_2 import PUBLISHED_CORRECTED, PUBLISHED_RAW, replay
-from bathbot_bringup.depth_evaluation.targets import DISTANCES, targets, wall
+from bathbot_bringup.command.arguments import count_or_seeds
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.sim.d455_unit import PRESETS
-from bathbot_depthcorr.correction_model import Identity
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_bringup.evaluation.depth.measures import errors, flatness
+from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit, facing
+from bathbot_bringup.evaluation.depth.summary import interval, verdict
+from bathbot_bringup.evaluation.depth.sweeps import SWEEPS, circumstances
+from bathbot_bringup.evaluation.depth.table_2 import PUBLISHED_CORRECTED, PUBLISHED_RAW, replay
+from bathbot_bringup.evaluation.depth.targets import DISTANCES, Cylinder, targets, wall
+from bathbot_bringup.sim.camera.d455_unit import PRESETS
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.models.correction_model import Identity
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

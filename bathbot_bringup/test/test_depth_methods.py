@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from bathbot_bringup.depth_evaluation.methods import METHODS
-from bathbot_bringup.depth_evaluation.recording import Recording
-from bathbot_bringup.depth_evaluation.simulated_unit import SimulatedUnit
-from bathbot_bringup.depth_evaluation.targets import wall
-from bathbot_bringup.sim.d455_unit import find_preset
+from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit
+from bathbot_bringup.evaluation.depth.targets import wall
+from bathbot_bringup.sim.camera.d455_unit import find_preset
 
 BASELINES = ["none", "tare", "global_quadratic", "clams", "herrera", "basso"]
 JOINT = ["global_quadratic", "herrera", "basso", "two_stage"]

@@ -3,9 +3,9 @@ import csv
 import cv2
 import numpy as np
 import pytest
-from bathbot_bringup.cli import run
-from bathbot_bringup.recorder import Recorder, Topic
-from bathbot_depthcorr.messages import image_from_colour
+from bathbot_bringup.bag.recorder import Recorder, Topic
+from bathbot_bringup.command.cli import run
+from bathbot_depthcorr.ros.messages import image_from_colour
 from rclpy.serialization import serialize_message
 from skimage import data
 from std_msgs.msg import Header

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import onnx
 import pytest
-from bathbot_bringup.cli import run
-from bathbot_perception.conditions import CONDITIONS, STRENGTHS
-from bathbot_perception.voc import Annotation, Region, write_annotation
+from bathbot_bringup.command.cli import run
+from bathbot_perception.evaluation.conditions import CONDITIONS, STRENGTHS
+from bathbot_perception.pictures.voc import Annotation, Region, write_annotation
 
 
 @pytest.fixture

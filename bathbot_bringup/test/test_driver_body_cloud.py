@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.stage_node import LATCHED
+from bathbot_depthcorr.node.stage_node import LATCHED
 from bathbot_localize.messages import cloud_from_surface
-from bathbot_scrub.rm65.urdf import urdf
+from bathbot_scrub.rm65.arm.urdf import urdf
 from emulator_cell import AXIS, TARGET
 from emulator_probe import Probe, walled_arm
 from sensor_msgs.msg import PointCloud2

@@ -6,12 +6,12 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import HOME_DEG, EmulatorSettings
-from bathbot_scrub.rm65.client import TRAJECTORY_EVENT, ArmClient
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG, EmulatorSettings
+from bathbot_scrub.rm65.controller.client import TRAJECTORY_EVENT, ArmClient
+from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode, joints_from_wire
+from bathbot_scrub.rm65.controller.state_push import StateReceiver
 from bathbot_scrub.rm65.errors import ArmConnectionError, ArmSettingsError, RefusedError
-from bathbot_scrub.rm65.protocol import FrameBuffer, encode, joints_from_wire
-from bathbot_scrub.rm65.state_push import StateReceiver
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -11,11 +11,11 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.commands.table import COMMANDS, reply
-from bathbot_bringup.sim.emulator import Emulator, is_loopback
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.protocol import FrameBuffer, encode
+from bathbot_bringup.sim.arm.commands.table import COMMANDS, reply
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator, is_loopback
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode
 from command_examples import EXAMPLES, JOINTS, READY, desk_at, run
 from emulator_cell import until
 from hypothesis import HealthCheck, given, settings

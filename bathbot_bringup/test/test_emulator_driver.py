@@ -9,10 +9,8 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.emulator_settings import HOME_DEG
-from bathbot_scrub.rm65.approach import Request
+from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import (
     ArmSettingsError,
     CanceledError,
@@ -22,7 +20,9 @@ from bathbot_scrub.rm65.errors import (
     NotReadyError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.motion.approach import Request
+from bathbot_scrub.rm65.settings import DriverSettings
 from emulator_cell import AXIS, REGION, TARGET, Cell, running, segments, until
 from numpy.testing import assert_allclose
 

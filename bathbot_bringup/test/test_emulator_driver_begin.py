@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.guard_states import State
-from bathbot_scrub.rm65.motion_kind import Kind
+from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.motion.commanded_motion import Kind
 from emulator_cell import running, until
 from numpy.testing import assert_allclose
 

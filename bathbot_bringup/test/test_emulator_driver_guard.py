@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.faults import Fault
+from bathbot_bringup.sim.faults.faults import Fault
 from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.rm65.guard.states import State
 from emulator_cell import AXIS, REGION, TARGET, running, segments, until
 
 QUICK = {"standoff": 0.03, "approach_speed": 0.06}

@@ -9,13 +9,13 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.controller import STEP
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_bathroom import bathroom_emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
-from bathbot_bringup.sim.sim_rm65_settings import SimRm65Settings
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.protocol import encode, joints_to_wire
+from bathbot_bringup.sim.arm.controller.controller import STEP
+from bathbot_bringup.sim.arm.emulator.bathroom import bathroom_emulator
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.node_settings import SimRm65Settings
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.controller.protocol import encode, joints_to_wire
 from command_examples import READY, desk_at, run
 from emulator_cell import until
 from numpy.testing import assert_allclose

@@ -5,14 +5,14 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.commands.table import reply
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
-from bathbot_bringup.sim.faults import Fault
-from bathbot_scrub.rm65.client import ArmClient
+from bathbot_bringup.sim.arm.commands.table import reply
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_bringup.sim.faults.faults import Fault
+from bathbot_scrub.rm65.controller.client import ArmClient
+from bathbot_scrub.rm65.controller.protocol import encode
+from bathbot_scrub.rm65.controller.state_push import StateReceiver
 from bathbot_scrub.rm65.errors import ArmConnectionError, RefusedError
-from bathbot_scrub.rm65.protocol import encode
-from bathbot_scrub.rm65.state_push import StateReceiver
 from command_examples import EXAMPLES, JOINTS, desk_at, run
 from emulator_cell import AXIS, READY_DEG, TARGET, Wall, until
 from numpy.testing import assert_allclose

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bathbot_bringup.errors import InputError, SettingsError
-from bathbot_bringup.sim.arm_faults import BodyFaults
-from bathbot_bringup.sim.emulator_surface import PlaneSurface
-from bathbot_bringup.sim.fault_schedule import FaultEvent, FaultSchedule
-from bathbot_bringup.sim.faults import KINDS, Fault, parse_fault, read_fault
-from bathbot_bringup.sim.force_faults import ForceFaults, ForceReading
-from bathbot_bringup.sim.pushed_surface import PushedSurface
+from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
+from bathbot_bringup.sim.arm.trace import Trace, load_trace
+from bathbot_bringup.sim.faults.arm_faults import BodyFaults
+from bathbot_bringup.sim.faults.fault_schedule import FaultEvent, FaultSchedule
+from bathbot_bringup.sim.faults.faults import KINDS, Fault, parse_fault, read_fault
+from bathbot_bringup.sim.faults.force_faults import ForceFaults, ForceReading
+from bathbot_bringup.sim.faults.pushed_surface import PushedSurface
 from bathbot_bringup.sim.scenario import load_scenario
-from bathbot_bringup.sim.trace import Trace, load_trace
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

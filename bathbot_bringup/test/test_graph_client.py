@@ -5,16 +5,16 @@ import subprocess
 import sys
 
 import pytest
-from bathbot_bringup.domain import free_domain, used_ports
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.graph_client_node import GraphClient
+from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_bringup.graph.isolation import free_domain, used_ports
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 PROGRAM = """
 import os
-from bathbot_bringup.bathing_node import Bather
-from bathbot_bringup.graph_client_node import GraphClient
+from bathbot_bringup.bathing.client_node import Bather
+from bathbot_bringup.graph.client_node import GraphClient
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 

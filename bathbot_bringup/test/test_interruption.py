@@ -5,9 +5,9 @@ import signal
 import time
 
 import pytest
-from bathbot_bringup.domain import free_domain, used_ports
-from bathbot_bringup.graph_client_node import GraphClient
-from bathbot_bringup.interruption import forget_interruption, held_back, interrupt, raise_if_interrupted
+from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_bringup.graph.interruption import forget_interruption, held_back, interrupt, raise_if_interrupted
+from bathbot_bringup.graph.isolation import free_domain, used_ports
 
 
 class Swallower:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from bathbot_bringup.path_error import path_error
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_bringup.report.path_error import path_error
+from bathbot_depthcorr.geometry.rigid import transform_from
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -1,8 +1,8 @@
 from pathlib import Path
 
 import pytest
+from bathbot_bringup.bag.privacy import IMAGE_TYPES, find_profile, load_profiles
 from bathbot_bringup.errors import InputError, SettingsError
-from bathbot_bringup.privacy import IMAGE_TYPES, find_profile, load_profiles
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

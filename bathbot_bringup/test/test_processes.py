@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
-from bathbot_bringup.domain import domain_ports, free_domain, used_ports
 from bathbot_bringup.errors import ProcessError
-from bathbot_bringup.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import domain_ports, free_domain, used_ports
+from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -98,7 +98,7 @@ def test_children_end_when_the_program_is_killed(tmp_path):
     program = textwrap.dedent(f"""
         import sys, time
         from pathlib import Path
-        from bathbot_bringup.processes import ProcessGroup, isolated_environment
+        from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
         group = ProcessGroup(Path({str(tmp_path)!r}), isolated_environment(99, Path({str(tmp_path)!r})))
         child = group.start("node", [sys.executable, "-c", "import time; time.sleep(60)"])
         print(child.process.pid, flush=True)

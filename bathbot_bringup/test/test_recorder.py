@@ -6,15 +6,15 @@ import sys
 import time
 
 import pytest
-from bathbot_bringup.bag import bag_length, open_bag, read_messages, summarise_bag
-from bathbot_bringup.domain import free_domain, used_ports
+from bathbot_bringup.bag.reading import bag_length, open_bag, read_messages, summarise_bag
+from bathbot_bringup.bag.recorder import Recorder, Topic
 from bathbot_bringup.errors import BagError
-from bathbot_bringup.graph_client_node import GraphClient
-from bathbot_bringup.node_table import find_node, node_command
-from bathbot_bringup.processes import ProcessGroup, isolated_environment
-from bathbot_bringup.recorder import Recorder, Topic
-from bathbot_bringup.type_definitions import installed_types
-from bathbot_depthcorr.stage_node import LATCHED
+from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_bringup.graph.isolation import free_domain, used_ports
+from bathbot_bringup.graph.message_types import installed_types
+from bathbot_bringup.graph.node_table import find_node, node_command
+from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_depthcorr.node.stage_node import LATCHED
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -176,7 +176,7 @@ def test_an_interrupted_recorder_closes_its_bag(tmp_path):
     import signal
 
     environment = isolated_environment(free_domain(os.getpid() + 1, used_ports()), tmp_path)
-    command = [sys.executable, "-m", "bathbot_bringup.cli", "record", "--out", str(tmp_path / "bag")]
+    command = [sys.executable, "-m", "bathbot_bringup.command.cli", "record", "--out", str(tmp_path / "bag")]
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:

@@ -5,19 +5,18 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from bathbot_bringup.sim.body import Part, Side, load_body
-from bathbot_bringup.sim.render import camera_rays, developed, render
-from bathbot_bringup.sim.render_bathroom import random_lighting, random_room
-from bathbot_bringup.sim.render_boxes import SkinBox, skin_boxes, write_voc
-from bathbot_bringup.sim.render_light import ray_scene
-from bathbot_bringup.sim.render_mesh import box_shape, capsule_shape, cylinder_shape, merged, plain_mesh
-from bathbot_bringup.sim.render_poster import Poster, draw_poster
-from bathbot_bringup.sim.render_raster import project_vertices, rasterise
-from bathbot_bringup.sim.render_stage import lit_stage
-from bathbot_bringup.sim.render_view import looking_at
-from bathbot_bringup.sim.render_weather import Weather, weathered
+from bathbot_bringup.sim.render.bathroom import random_lighting, random_room
+from bathbot_bringup.sim.render.boxes import SkinBox, skin_boxes, write_voc
+from bathbot_bringup.sim.render.light import ray_scene
+from bathbot_bringup.sim.render.mesh import box_shape, capsule_shape, cylinder_shape, merged, plain_mesh
+from bathbot_bringup.sim.render.poster import Poster, draw_poster
+from bathbot_bringup.sim.render.raster import project_vertices, rasterise
+from bathbot_bringup.sim.render.render import camera_rays, developed, render
+from bathbot_bringup.sim.render.stage import lit_stage, looking_at
+from bathbot_bringup.sim.render.weather import Weather, weathered
 from bathbot_bringup.sim.skin_tone import dressed, random_look
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import rotate
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import rotate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

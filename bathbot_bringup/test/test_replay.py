@@ -3,10 +3,10 @@ import subprocess
 import sys
 
 import pytest
+from bathbot_bringup.bag.recorder import Recorder, Topic
+from bathbot_bringup.bag.replayer import Message, choose_topics, has_pictures, messages_of, pace
 from bathbot_bringup.errors import BagError
-from bathbot_bringup.processes import node_environment
-from bathbot_bringup.recorder import Recorder, Topic
-from bathbot_bringup.replayer import Message, choose_topics, has_pictures, messages_of, pace
+from bathbot_bringup.graph.processes import node_environment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
@@ -95,7 +95,7 @@ def test_a_replay_can_be_ended():
 def test_a_bag_without_pictures_is_published_and_counted(tmp_path):
     """The real replayer in a process of its own, heard over DDS."""
     bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")
-    command = [sys.executable, "-m", "bathbot_bringup.cli", "replay", str(bag)]
+    command = [sys.executable, "-m", "bathbot_bringup.command.cli", "replay", str(bag)]
     environment = node_environment(tmp_path) | {"ROS_DOMAIN_ID": str(1 + os.getpid() % 100)}
     outcome = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
     assert (outcome.returncode, outcome.stderr) == (0, "")

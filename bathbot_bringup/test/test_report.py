@@ -4,16 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_bringup.bathing import Sighting
-from bathbot_bringup.demo_settings import DemoSettings
-from bathbot_bringup.recorder import Recorder, Topic
-from bathbot_bringup.report import Outcome, report_run
-from bathbot_bringup.run_data import CONTACT, FREE, read_run
-from bathbot_bringup.summary_table import spread, table_rows
-from bathbot_bringup.truth import Truth
-from bathbot_depthcorr.messages import stamp_from_seconds
+from bathbot_bringup.bag.recorder import Recorder, Topic
+from bathbot_bringup.bathing.settings import DemoSettings
+from bathbot_bringup.bathing.steps import Sighting
+from bathbot_bringup.graph.summary_table import spread, table_rows
+from bathbot_bringup.report.report import Outcome, report_run
+from bathbot_bringup.report.run_data import CONTACT, FREE, read_run
+from bathbot_bringup.report.truth import Truth
+from bathbot_depthcorr.ros.messages import stamp_from_seconds
 from bathbot_localize.messages import pose_from_transform
-from bathbot_localize.target import Target, pose_from_normal
+from bathbot_localize.target.target import Target, pose_from_normal
 from geometry_msgs.msg import PoseStamped, Vector3
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bathbot_bringup.cli import run
+from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.safety_evaluation.fault_table import FAULTS, Duty, Ordered, Phase, choose_faults
-from bathbot_bringup.safety_evaluation.place import find_place, seen_skin
-from bathbot_bringup.safety_evaluation.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
-from bathbot_bringup.safety_evaluation.summary import out_of_bounds, percentile, summarise
-from bathbot_bringup.safety_evaluation.table import markdown
-from bathbot_bringup.safety_evaluation.trial_plan import plan_trial
-from bathbot_bringup.safety_evaluation.trial_result import TrialResult
-from bathbot_bringup.sim.faults import KINDS, Fault
+from bathbot_bringup.evaluation.safety.fault_table import FAULTS, Duty, Ordered, Phase, choose_faults
+from bathbot_bringup.evaluation.safety.summary import out_of_bounds, percentile, summarise
+from bathbot_bringup.evaluation.safety.table import markdown
+from bathbot_bringup.evaluation.safety.trial.site import find_place, seen_skin
+from bathbot_bringup.evaluation.safety.trial.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
+from bathbot_bringup.evaluation.safety.trial_plan import plan_trial
+from bathbot_bringup.evaluation.safety.trial_result import TrialResult
+from bathbot_bringup.sim.faults.faults import KINDS, Fault
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

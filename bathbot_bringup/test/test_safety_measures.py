@@ -4,17 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from bathbot_bringup.safety_evaluation.fault_table import Duty, Phase
-from bathbot_bringup.safety_evaluation.measures import (
+from bathbot_bringup.evaluation.safety.fault_table import Duty, Phase
+from bathbot_bringup.evaluation.safety.measures import (
     Report,
     react,
     retract_begins,
     retract_delay,
 )
-from bathbot_bringup.sim.controller import STEP
-from bathbot_bringup.sim.trace import TraceData
-from bathbot_scrub.rm65.force_guard import State
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_bringup.sim.arm.controller.controller import STEP
+from bathbot_bringup.sim.arm.trace import TraceData
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.guard.force_guard import State
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_bringup.safety_evaluation.fault_table import Nearer, Planner
-from bathbot_bringup.safety_evaluation.operator_node import LastPose
-from bathbot_bringup.safety_evaluation.strikes import Struck, onset
-from bathbot_bringup.safety_evaluation.trial_run import SpoiltTrialError
-from bathbot_bringup.sim.trace import TraceData
+from bathbot_bringup.evaluation.safety.fault_table import Nearer, Planner
+from bathbot_bringup.evaluation.safety.trial.fault_injection import Struck, onset
+from bathbot_bringup.evaluation.safety.trial.operator_node import LastPose
+from bathbot_bringup.evaluation.safety.trial.trial_run import SpoiltTrialError
+from bathbot_bringup.sim.arm.trace import TraceData
 
 STAMPS = 10.0 + 0.005 * np.arange(1000)
 

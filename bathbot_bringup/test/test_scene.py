@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.arm_mesh import ArmMesh
 from bathbot_bringup.sim.body import body_count
-from bathbot_bringup.sim.d455_unit import PRESETS, make_unit
+from bathbot_bringup.sim.camera.arm_mesh import ArmMesh
+from bathbot_bringup.sim.camera.d455_unit import PRESETS, make_unit
+from bathbot_bringup.sim.camera.scene_camera import BathroomView
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import FLOOR, PEDESTAL_RADIUS, T_LINK_OPTICAL, BathroomScene, true_camera_pose
-from bathbot_bringup.sim.scene_camera import BathroomView
 from bathbot_bringup.sim.scene_reach import head_poses, reachable_areas
-from bathbot_depthcorr.rigid import inverse, transform_points
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_depthcorr.geometry.rigid import inverse, transform_points
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.testing import assert_allclose
 
 HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])

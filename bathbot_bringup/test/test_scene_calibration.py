@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_bringup.sim.calibration_scene import (
+from bathbot_bringup.sim.camera.calibration_scene import (
     INNER_CORNERS,
     MARKER_ID,
     MARKER_SIZE,
@@ -12,11 +12,11 @@ from bathbot_bringup.sim.calibration_scene import (
     MarkerView,
     board_views,
 )
-from bathbot_bringup.sim.d455_unit import PRESETS, make_unit
+from bathbot_bringup.sim.camera.d455_unit import PRESETS, make_unit
 from bathbot_bringup.sim.scene_reach import head_poses
-from bathbot_depthcorr.rigid import inverse, transform_points
-from bathbot_scrub.rm65.inverse_kinematics import solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_depthcorr.geometry.rigid import inverse, transform_points
+from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.testing import assert_allclose
 
 UNIT = make_unit(1, PRESETS["paper"], 848, 480)

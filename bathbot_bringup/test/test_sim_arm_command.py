@@ -7,19 +7,18 @@ import subprocess
 import sys
 
 import pytest
-from bathbot_bringup.sim.faults import KINDS
-from bathbot_bringup.sim.trace import load_trace
-from bathbot_scrub.rm65.protocol import FrameBuffer, encode
-
-from bathbot_bringup import cli
+from bathbot_bringup.command import cli
+from bathbot_bringup.sim.arm.trace import load_trace
+from bathbot_bringup.sim.faults.faults import KINDS
+from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode
 
 
 def test_it_serves_tells_of_faults_and_ends_cleanly(tmp_path):
     scenario, trace = tmp_path / "faulty.yaml", tmp_path / "trace.npz"
     scenario.write_text("faults: [{kind: lost_udp, after: 0.1, duration: 0.1}]\n")
     process = subprocess.Popen(
-        [sys.executable, "-m", "bathbot_bringup.cli", "sim-arm", "--port", "0", "--no-person", "--generation",
-         "4", "--variant", "6FB", "--scenario", str(scenario), "--trace", str(trace)],
+        [sys.executable, "-m", "bathbot_bringup.command.cli", "sim-arm", "--port", "0", "--no-person",
+         "--generation", "4", "--variant", "6FB", "--scenario", str(scenario), "--trace", str(trace)],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     try:

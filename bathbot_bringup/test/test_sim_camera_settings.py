@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 from bathbot_bringup.errors import SettingsError
-from bathbot_bringup.sim.d455_camera import ColourNoise, D455Camera
-from bathbot_bringup.sim.sim_camera_settings import SCENES, SimCameraSettings
+from bathbot_bringup.sim.camera.d455_camera import ColourNoise, D455Camera
+from bathbot_bringup.sim.camera.sim_camera_settings import SCENES, SimCameraSettings
 
 CONFIG = Path(__file__).parents[1] / "config" / "sim_camera.yaml"
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from bathbot_bringup.sim.trace import load_trace
-from bathbot_scrub.rm65.kinematics import JOINT_NAMES, Kinematics
-from bathbot_scrub.rm65.messages import pose_message, transforms_from_poses
+from bathbot_bringup.sim.arm.trace import load_trace
+from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
+from bathbot_scrub.rm65.ros.messages import pose_message, transforms_from_poses
 from emulator_cell import TARGET, segments
 from emulator_probe import Probe, driver_node, ended, free_port, node, walled_arm
 from numpy.testing import assert_allclose
 
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
 
@@ -45,7 +45,7 @@ def segment_message(segment):
 def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe, tmp_path):
     port = free_port()
     simulator = node(
-        "bathbot_bringup.sim.sim_rm65_node",
+        "bathbot_bringup.sim.arm.sim_rm65_node",
         port=port,
         seed=2,
         scenario="still",
@@ -90,13 +90,13 @@ def test_without_controller_it_says_so_in_one_line_and_lives(probe):
 @pytest.mark.parametrize(
     ("module", "parameters", "told"),
     [
-        ("bathbot_scrub.rm65.rm65_driver_node", {"variant": "7F"}, "known are B, 6F, 6FB"),
+        ("bathbot_scrub.rm65.ros.rm65_driver_node", {"variant": "7F"}, "known are B, 6F, 6FB"),
         (
-            "bathbot_scrub.rm65.rm65_driver_node",
+            "bathbot_scrub.rm65.ros.rm65_driver_node",
             {"force_limits": "/nowhere.yaml"},
             "cannot read force limits",
         ),
-        ("bathbot_bringup.sim.sim_rm65_node", {"scenario": "storm"}, "no scenario 'storm'"),
+        ("bathbot_bringup.sim.arm.sim_rm65_node", {"scenario": "storm"}, "no scenario 'storm'"),
     ],
 )
 def test_bad_parameters_end_in_one_line_and_code_2(module, parameters, told):

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from bathbot_bringup.sim.emulator import Emulator
-from bathbot_bringup.sim.emulator_settings import EmulatorSettings
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 
 SESSION = Path(__file__).with_name("vendor_session.py")
 

@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.messages import pose_message, transforms_from_poses
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.ros.messages import pose_message, transforms_from_poses
 from emulator_cell import READY_DEG
 from emulator_probe import Probe, walled_arm
 from geometry_msgs.msg import Pose

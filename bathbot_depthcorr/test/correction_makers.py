@@ -1,12 +1,12 @@
 """Corrections with random coefficients for a small camera."""
 
 import numpy as np
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.disparity_spline import DisparitySpline
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_depthcorr.two_imager import TwoImager
-from bathbot_depthcorr.two_stage import TwoStage
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.models.disparity_spline import DisparitySpline
+from bathbot_depthcorr.models.two_imager import TwoImager
+from bathbot_depthcorr.models.two_stage import TwoStage
 
 CAMERA = Pinhole(64, 36, 32.0, 32.0, 32.0, 18.0)
 UNIT = CameraUnit(CAMERA, transform_from(translation=(-0.059, 0.001, 0.002)), "SN-1", 31.5)

@@ -6,20 +6,19 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.depth_corrector_node import DepthCorrector
-from bathbot_depthcorr.disparity_spline import DisparitySpline
-from bathbot_depthcorr.messages import image_mm_from_depth, info_from_pinhole, stamp_from_seconds
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.live.depth_corrector_node import DepthCorrector
+from bathbot_depthcorr.models.disparity_spline import DisparitySpline
+from bathbot_depthcorr.node import stage_node
+from bathbot_depthcorr.ros.messages import image_mm_from_depth, info_from_pinhole, stamp_from_seconds
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
-
-from bathbot_depthcorr import stage_node
 
 CAMERA = Pinhole(320, 180, 160.0, 160.0, 160.0, 90.0)
 TRANSFORM = transform_from(translation=(-0.059, 0.001, 0.0))

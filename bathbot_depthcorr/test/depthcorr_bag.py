@@ -2,10 +2,10 @@
 
 import cv2
 import numpy as np
-from bathbot_depthcorr.chessboard import Chessboard
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.views.chessboard import Chessboard
 from depthcorr_wall import blurred
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_depthcorr.views import CalibrationView
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.views.views import CalibrationView
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 

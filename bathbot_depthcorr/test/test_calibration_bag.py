@@ -4,14 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.bag_views import BagError, read_boards
-from bathbot_depthcorr.calibrate import calibrate_bag
+from bathbot_depthcorr.calibration.calibrate import calibrate_bag
+from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
 from bathbot_depthcorr.calibration_file import CalibrationFileError
-from bathbot_depthcorr.camera_health import CameraHealth, camera_health
-from bathbot_depthcorr.chessboard import Chessboard
-from bathbot_depthcorr.correction import load
 from bathbot_depthcorr.errors import BathbotError, SettingsError
-from bathbot_depthcorr.guards import CalibrationRefusedError
+from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.ros.camera_health import CameraHealth, camera_health
+from bathbot_depthcorr.views.bag_views import BagError, read_boards
+from bathbot_depthcorr.views.chessboard import Chessboard
 from depthcorr_bag import BOARD, PREFIX, TYPES, record
 from depthcorr_wall import Sensor
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.calibration_coverage import (
+from bathbot_depthcorr.calibration.coverage import (
     CORNERS,
     DISTANCES,
     EDGES,
@@ -16,7 +16,7 @@ from bathbot_depthcorr.calibration_coverage import (
     next_pose,
     pose_of,
 )
-from bathbot_depthcorr.views import CalibrationView
+from bathbot_depthcorr.views.views import CalibrationView
 from depthcorr_wall import Sensor, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.bag_views import BagError, read_boards
-from bathbot_depthcorr.calibrate import calibrate, calibrate_bag, views_of_recording
-from bathbot_depthcorr.chessboard import Chessboard
+from bathbot_depthcorr.calibration.calibrate import calibrate, calibrate_bag, views_of_recording
+from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.guards import CalibrationRefusedError
+from bathbot_depthcorr.views.bag_views import BagError, read_boards
+from bathbot_depthcorr.views.chessboard import Chessboard
 from depthcorr_bag import BOARD, PREFIX, record
 from depthcorr_wall import Sensor
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.calibration_file import CalibrationFileError
-from bathbot_depthcorr.correction import load
+from bathbot_depthcorr.models.correction import load
 from correction_makers import spline
 
 

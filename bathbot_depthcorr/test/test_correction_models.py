@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.bspline_surface import SplineGrid
-from bathbot_depthcorr.camera_unit import CameraUnit, OtherCameraError
-from bathbot_depthcorr.correction import MODELS, load
-from bathbot_depthcorr.correction_model import DepthShapeError, Identity
-from bathbot_depthcorr.disparity_spline import DisparitySpline
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.ripple import ripple_terms, tame
-from bathbot_depthcorr.two_imager import tame_map
-from bathbot_depthcorr.two_stage import make_monotone
+from bathbot_depthcorr.geometry.bspline_surface import SplineGrid
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit, OtherCameraError
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.models.correction import MODELS, load
+from bathbot_depthcorr.models.correction_model import DepthShapeError, Identity
+from bathbot_depthcorr.models.disparity_spline import DisparitySpline
+from bathbot_depthcorr.models.ripple import ripple_terms, tame
+from bathbot_depthcorr.models.two_imager import tame_map
+from bathbot_depthcorr.models.two_stage import make_monotone
 from correction_makers import CAMERA, MAKERS, UNIT, spline, two_imager, two_stage
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -5,15 +5,21 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.calibrate import calibrate
-from bathbot_depthcorr.calibration_plots import save_plots
-from bathbot_depthcorr.chessboard import BoardNotFoundError, Chessboard, board_plane, board_pose, find_corners
-from bathbot_depthcorr.colour_reference import BoardView, measure_colour_camera, views_from_boards
+from bathbot_depthcorr.calibration.calibrate import calibrate
+from bathbot_depthcorr.calibration.guards import CalibrationRefusedError, check_colour, check_extrinsics
+from bathbot_depthcorr.calibration.plots import save_plots
 from bathbot_depthcorr.errors import SettingsError
-from bathbot_depthcorr.guards import CalibrationRefusedError, check_colour, check_extrinsics
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.views.chessboard import (
+    BoardNotFoundError,
+    Chessboard,
+    board_plane,
+    board_pose,
+    find_corners,
+)
+from bathbot_depthcorr.views.colour_reference import BoardView, measure_colour_camera, views_from_boards
 from depthcorr_wall import Sensor, colour_camera
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation

@@ -1,20 +1,19 @@
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.messages import (
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.node import stage_node
+from bathbot_depthcorr.node.stage_node import LATCHED
+from bathbot_depthcorr.ros.messages import (
     depth_from_image,
     extrinsics_from_transform,
     image_mm_from_depth,
     pinhole_from_info,
     transform_from_extrinsics,
 )
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.stage_node import LATCHED
 from corrector_bench import CAMERA, FRAME, TRANSFORM, Bench, flat, made_correction
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from realsense2_camera_msgs.msg import Extrinsics
-
-from bathbot_depthcorr import stage_node
 
 DOMAIN = 44
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.disparity_fit import fit_disparity_spline
-from bathbot_depthcorr.two_imager_fit import fit_two_imager
-from bathbot_depthcorr.two_stage_fit import fit_two_stage
-from bathbot_depthcorr.views import true_depth
-from bathbot_depthcorr.wall_extraction import only_wall
+from bathbot_depthcorr.calibration.wall_extraction import only_wall
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.models.disparity_fit import fit_disparity_spline
+from bathbot_depthcorr.models.two_imager_fit import fit_two_imager
+from bathbot_depthcorr.models.two_stage_fit import fit_two_stage
+from bathbot_depthcorr.views.views import true_depth
 from depthcorr_wall import Sensor, blurred, wall, walls
 
 FITS = {"disparity_spline": fit_disparity_spline, "two_stage": fit_two_stage, "two_imager": fit_two_imager}

@@ -2,21 +2,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.image_decoding import (
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.ros import messages
+from bathbot_depthcorr.ros.image_decoding import (
     MessageError,
     colour_from_image,
     depth_from_image,
     pinhole_from_info,
     transform_from_extrinsics,
 )
-from bathbot_depthcorr.pinhole import Pinhole
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.testing import assert_allclose, assert_array_equal
 from std_msgs.msg import Header
-
-from bathbot_depthcorr import messages
 
 
 def image(array, encoding, *, pad=0, big=False):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.plane import Plane, fit_plane
-from bathbot_depthcorr.quality import (
+from bathbot_depthcorr.geometry.plane import Plane, fit_plane
+from bathbot_depthcorr.geometry.quality import (
     NoDepthError,
     fill_rate,
     plane_rmse,

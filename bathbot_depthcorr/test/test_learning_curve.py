@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.camera_unit import CameraUnit
-from bathbot_depthcorr.correction_model import Identity
-from bathbot_depthcorr.guards import check_coverage
-from bathbot_depthcorr.learning_curve import SIZES, LearningPoint, learning_curve, smooth_error
-from bathbot_depthcorr.views import CalibrationView
+from bathbot_depthcorr.calibration.guards import check_coverage
+from bathbot_depthcorr.calibration.learning_curve import SIZES, LearningPoint, learning_curve, smooth_error
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.models.correction_model import Identity
+from bathbot_depthcorr.views.views import CalibrationView
 from depthcorr_wall import Sensor, wall, walls
 
 SENSOR = Sensor(seed=5, width=424, height=240, least_depth=0.2)

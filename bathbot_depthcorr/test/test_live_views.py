@@ -5,10 +5,10 @@ import re
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.bag_views import read_boards
-from bathbot_depthcorr.camera_health import CameraHealth
-from bathbot_depthcorr.live_views import HOLD, LiveViews
-from bathbot_depthcorr.plane import Plane
+from bathbot_depthcorr.calibration.live_views import HOLD, LiveViews
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.ros.camera_health import CameraHealth
+from bathbot_depthcorr.views.bag_views import read_boards
 from depthcorr_bag import BOARD, COLOUR, draw, poses, record
 from depthcorr_wall import Sensor, blurred
 from numpy.testing import assert_allclose

@@ -1,7 +1,7 @@
 import threading
 
 import pytest
-from bathbot_depthcorr.newest_worker import NewestWorker
+from bathbot_depthcorr.node.newest_worker import NewestWorker
 
 
 class Gate:

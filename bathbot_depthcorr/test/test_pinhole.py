@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.pinhole import InvalidIntrinsicsError, Pinhole
+from bathbot_depthcorr.geometry.pinhole import InvalidIntrinsicsError, Pinhole
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.plane import DegeneratePlaneError, Plane, fit_plane, plane_from_inverse_form
-from bathbot_depthcorr.rigid import transform_from, transform_points
+from bathbot_depthcorr.geometry.plane import DegeneratePlaneError, Plane, fit_plane, plane_from_inverse_form
+from bathbot_depthcorr.geometry.rigid import transform_from, transform_points
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

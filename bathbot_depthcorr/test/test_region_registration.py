@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.live_region import LiveRegion
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.plane import Plane
-from bathbot_depthcorr.registration import Region, RegionError, Registration, region_camera
-from bathbot_depthcorr.rigid import inverse, transform_from
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.plane import Plane
+from bathbot_depthcorr.geometry.registration import Region, RegionError, Registration, region_camera
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from
+from bathbot_depthcorr.live.live_region import LiveRegion
 from depthcorr_wall import colour_camera, depth_camera, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st

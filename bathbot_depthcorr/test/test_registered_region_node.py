@@ -1,19 +1,18 @@
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.messages import (
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.registration import Region, Registration, region_camera
+from bathbot_depthcorr.node import stage_node
+from bathbot_depthcorr.ros.messages import (
     depth_from_image,
     extrinsics_from_transform,
     info_from_pinhole,
     pinhole_from_info,
 )
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.registration import Region, Registration, region_camera
 from corrector_bench import CAMERA, TRANSFORM, Bench, flat, made_correction
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
-
-from bathbot_depthcorr import stage_node
 
 DOMAIN = 45
 COLOUR = Pinhole(320, 180, 158.0, 158.0, 160.0, 91.0, (-0.05, 0.06, -0.0007, 0.0, -0.02))

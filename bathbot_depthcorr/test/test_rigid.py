@@ -1,5 +1,5 @@
 import numpy as np
-from bathbot_depthcorr.rigid import (
+from bathbot_depthcorr.geometry.rigid import (
     inverse,
     quaternion_from_rotation,
     rotate,

@@ -2,9 +2,14 @@ import struct
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.image_decoding import depth_from_image
-from bathbot_depthcorr.messages import header_of, image_from_depth, image_mm_from_depth, stamp_from_seconds
-from bathbot_depthcorr.serialized_image import SerializedImageError, read_image, stamp_of
+from bathbot_depthcorr.ros.image_decoding import depth_from_image
+from bathbot_depthcorr.ros.messages import (
+    header_of,
+    image_from_depth,
+    image_mm_from_depth,
+    stamp_from_seconds,
+)
+from bathbot_depthcorr.ros.serialized_image import SerializedImageError, read_image, stamp_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal

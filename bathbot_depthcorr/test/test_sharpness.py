@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.sharpness import MOST_EDGE_WIDTH, edge_width
+from bathbot_depthcorr.views.sharpness import MOST_EDGE_WIDTH, edge_width
 from depthcorr_bag import BOARD, COLOUR, draw, poses
 
 

@@ -5,12 +5,11 @@ import subprocess
 import sys
 
 import pytest
-
-from bathbot_depthcorr import transport
+from bathbot_depthcorr.node import transport
 
 NODE = """
 import os, sys
-from bathbot_depthcorr import stage_node, transport
+from bathbot_depthcorr.node import stage_node, transport
 if sys.argv[1] == "udp":
     transport.keep_clear_of_shared_memory()
 import rclpy

@@ -4,18 +4,18 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.calibrate import calibrate_bag
-from bathbot_depthcorr.correction import load
-from bathbot_depthcorr.guards import CalibrationRefusedError
-from bathbot_depthcorr.rigid import inverse
-from bathbot_depthcorr.view_folder import (
+from bathbot_depthcorr.calibration.calibrate import calibrate_bag
+from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
+from bathbot_depthcorr.geometry.rigid import inverse
+from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.views.colour_reference import ViewSet
+from bathbot_depthcorr.views.view_folder import (
     ViewFolderError,
     is_view_folder,
     read_view_folder,
     write_view,
     write_view_folder,
 )
-from bathbot_depthcorr.view_set import ViewSet
 from depthcorr_wall import Sensor, wall, walls
 from numpy.testing import assert_allclose
 

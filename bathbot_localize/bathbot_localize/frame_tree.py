@@ -4,7 +4,7 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.rigid import inverse
+from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import NDArray
 
 from bathbot_localize.errors import LocalizeError

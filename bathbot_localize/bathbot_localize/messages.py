@@ -1,13 +1,13 @@
 """Between ROS messages and the arrays of this package: the one place where they meet.
 
-Images, camera_info and extrinsics are read by `bathbot_depthcorr.messages`.
+Images, camera_info and extrinsics are read by `bathbot_depthcorr.ros.messages`.
 """
 
 import array
 from typing import Any, NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.rigid import (
+from bathbot_depthcorr.geometry.rigid import (
     quaternion_from_rotation,
     rotation_from_quaternion,
     transform_from,
@@ -21,7 +21,7 @@ from vision_msgs.msg import BoundingBox2D, Detection2D, Detection2DArray, Object
 
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
-from bathbot_localize.target import Target
+from bathbot_localize.target.target import Target
 from bathbot_msgs.msg import ContactTarget, ContactTargets
 
 Array = NDArray[np.float64]

@@ -6,14 +6,14 @@ Also publishes the pose of the camera in the base frame on /tf_static, from the 
 from collections.abc import Callable
 
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.messages import (
+from bathbot_depthcorr.node.newest_worker import NewestWorker
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.ros.messages import (
     depth_from_image,
     pinhole_from_info,
     stamp_seconds,
     transform_from_extrinsics,
 )
-from bathbot_depthcorr.newest_worker import NewestWorker
-from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -22,9 +22,7 @@ from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection2DArray, LabelInfo
 
 from bathbot_localize.frame_tree import UnknownFrameError
-from bathbot_localize.hand_eye_file import load_hand_eye
-from bathbot_localize.localizer import warm_up
-from bathbot_localize.localizer_session import LocalizerSession, UnknownRegionError
+from bathbot_localize.hand_eye.calibration_file import load_hand_eye
 from bathbot_localize.messages import (
     cloud_from_surface,
     contact_targets_from,
@@ -32,7 +30,9 @@ from bathbot_localize.messages import (
     stamped_from_transform,
     transforms_from_tf,
 )
-from bathbot_localize.stamp_buffer import StampBuffer
+from bathbot_localize.target.localizer import warm_up
+from bathbot_localize.target.localizer_session import LocalizerSession, UnknownRegionError
+from bathbot_localize.target.stamp_buffer import StampBuffer
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 from bathbot_msgs.msg import ContactTargets
 from bathbot_msgs.srv import SelectRegion

@@ -2,10 +2,10 @@
 
 import cv2
 import numpy as np
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import inverse, transform_from, transform_points
-from bathbot_localize.hand_eye import MarkerView
-from bathbot_localize.marker import DICTIONARY, MARKER_ID, MARKER_SIZE, marker_corners
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from, transform_points
+from bathbot_localize.hand_eye.marker import DICTIONARY, MARKER_ID, MARKER_SIZE, marker_corners
+from bathbot_localize.hand_eye.solver import MarkerView
 from localize_scene import T_BASE_COLOUR as T_BASE_CAMERA
 from scipy.spatial.transform import Rotation
 

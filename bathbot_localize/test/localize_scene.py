@@ -1,9 +1,9 @@
 """An analytic scene for tests: spheres, cylinders, planes, seen by a pair of cameras like a D455's."""
 
 import numpy as np
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import inverse, rotate, transform_from, transform_points
-from bathbot_localize.registration import picture_rays
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import inverse, rotate, transform_from, transform_points
+from bathbot_localize.surface.registration import picture_rays
 from scipy.spatial.transform import Rotation
 
 DEPTH = Pinhole(424, 240, 212.0, 212.0, 211.6, 120.4)

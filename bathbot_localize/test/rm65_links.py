@@ -1,7 +1,7 @@
 """Link frames of the RM65-6F for tests, straight from its modified DH table."""
 
 import numpy as np
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from scipy.spatial.transform import Rotation
 
 # alpha(i-1) [deg], a(i-1) [m], d [m], offset [deg]

@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import inverse, transform_from, transform_points
-from bathbot_localize.arm_mask import arm_silhouette, near_arm, project_widely
-from bathbot_localize.arm_shape import HEAD_LENGTH, RM65_CAPSULES, ArmCapsule
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from, transform_points
+from bathbot_localize.arm.arm_mask import arm_silhouette, near_arm, project_widely
+from bathbot_localize.arm.arm_shape import HEAD_LENGTH, RM65_CAPSULES, ArmCapsule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import COLOUR, T_BASE_COLOUR

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import inverse, transform_points
-from bathbot_localize.arm_mask import near_arm
-from bathbot_localize.arm_shape import RM65_CAPSULES
-from bathbot_localize.body_cloud import BodyCloud
-from bathbot_localize.localizer import make_frame
+from bathbot_depthcorr.geometry.rigid import inverse, transform_points
+from bathbot_localize.arm.arm_mask import near_arm
+from bathbot_localize.arm.arm_shape import RM65_CAPSULES
+from bathbot_localize.target.body_cloud import BodyCloud
+from bathbot_localize.target.localizer import make_frame
 from localize_scene import (
     COLOUR,
     DEPTH,

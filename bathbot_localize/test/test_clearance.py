@@ -1,7 +1,7 @@
 """Room for the scrub head."""
 
 import numpy as np
-from bathbot_localize.clearance import Column, clear, has_room
+from bathbot_localize.arm.clearance import Column, clear, has_room
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_localize.disc import NoSkinError, candidate_discs, disc_share
+from bathbot_localize.surface.disc import NoSkinError, candidate_discs, disc_share
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

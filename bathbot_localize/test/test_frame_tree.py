@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import inverse, transform_from
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from
 from bathbot_localize.frame_tree import FrameTree, UnknownFrameError
-from bathbot_localize.stamp_buffer import StampBuffer
+from bathbot_localize.target.stamp_buffer import StampBuffer
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

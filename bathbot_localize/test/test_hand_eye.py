@@ -3,9 +3,16 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import inverse, rotation_angle, transform_from, transform_points
-from bathbot_localize.hand_eye import (
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle, transform_from, transform_points
+from bathbot_localize.hand_eye.marker import (
+    MARKER_SIZE,
+    MarkerNotFoundError,
+    find_marker,
+    marker_corners,
+    marker_poses,
+)
+from bathbot_localize.hand_eye.solver import (
     HandEyeError,
     MarkerView,
     closed_forms,
@@ -13,13 +20,6 @@ from bathbot_localize.hand_eye import (
     rms,
     rotation_spread,
     solve_hand_eye,
-)
-from bathbot_localize.marker import (
-    MARKER_SIZE,
-    MarkerNotFoundError,
-    find_marker,
-    marker_corners,
-    marker_poses,
 )
 from hand_eye_scene import CAMERA, T_BASE_CAMERA, T_TOOL_MARKER, arm_poses, draw_marker, marker_view
 from scipy.spatial.transform import Rotation

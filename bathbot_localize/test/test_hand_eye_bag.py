@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import inverse, quaternion_from_rotation, transform_from
-from bathbot_localize.calibrate_hand_eye import calibrate_bag
+from bathbot_depthcorr.geometry.rigid import inverse, quaternion_from_rotation, transform_from
 from bathbot_localize.errors import BathbotError
-from bathbot_localize.hand_eye import HandEyeError
-from bathbot_localize.hand_eye_bag import HandEyeBagError, read_views, still_poses
-from bathbot_localize.hand_eye_file import load_hand_eye
+from bathbot_localize.hand_eye.calibration_file import load_hand_eye
+from bathbot_localize.hand_eye.recording import HandEyeBagError, calibrate_bag, read_views, still_poses
+from bathbot_localize.hand_eye.solver import HandEyeError
 from hand_eye_scene import CAMERA, T_BASE_CAMERA, arm_poses, draw_marker
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore

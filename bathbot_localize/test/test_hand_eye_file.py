@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from bathbot_localize.hand_eye_file import HandEye, HandEyeFileError, load_hand_eye, save_hand_eye
+from bathbot_localize.hand_eye.calibration_file import HandEye, HandEyeFileError, load_hand_eye, save_hand_eye
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import T_BASE_COLOUR

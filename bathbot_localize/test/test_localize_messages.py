@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_localize.messages import (
     MessageError,
     cloud_from_surface,
@@ -17,7 +17,7 @@ from bathbot_localize.messages import (
     transforms_from_tf,
 )
 from bathbot_localize.regions import SkinRegion
-from bathbot_localize.target import Target, pose_from_normal
+from bathbot_localize.target.target import Target, pose_from_normal
 from builtin_interfaces.msg import Time
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import rotate, transform_from, transform_points
-from bathbot_localize.disc import NoSkinError
+from bathbot_depthcorr.geometry.rigid import rotate, transform_from, transform_points
 from bathbot_localize.errors import LocalizeError, SettingsError
-from bathbot_localize.localizer import RoughSurfaceError, locate, locate_all, make_frame, surface_of
-from bathbot_localize.localizer_session import LocalizerSession, UnknownRegionError
 from bathbot_localize.regions import SkinRegion
-from bathbot_localize.target import localization_error
+from bathbot_localize.surface.disc import NoSkinError
+from bathbot_localize.surface.workspace import Workspace
+from bathbot_localize.target.localizer import RoughSurfaceError, locate, locate_all, make_frame, surface_of
+from bathbot_localize.target.localizer_session import LocalizerSession, UnknownRegionError
+from bathbot_localize.target.target import localization_error
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
-from bathbot_localize.workspace import Workspace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import (

@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_depthcorr.pinhole import Pinhole
-from bathbot_depthcorr.rigid import rotate, transform_points
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import rotate, transform_points
 from bathbot_localize.errors import LocalizeError
-from bathbot_localize.registration import OutsideImageError, clip_box, picture_rays, register
+from bathbot_localize.surface.registration import OutsideImageError, clip_box, picture_rays, register
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import COLOUR, DEPTH, T_BASE_COLOUR, T_COLOUR_DEPTH, plane, render, sphere

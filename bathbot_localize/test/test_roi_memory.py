@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_localize.regions import SkinRegion
-from bathbot_localize.roi_memory import RoiMemory, box_overlap, hidden_share
+from bathbot_localize.target.roi_memory import RoiMemory, box_overlap, hidden_share
 
 FREE = np.zeros((100, 200), bool)
 HIDING = FREE.copy()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_localize.skin_layer import away_from_edges, depth_layers, skin_layer
+from bathbot_localize.surface.skin_layer import away_from_edges, depth_layers, skin_layer
 
 RNG = np.random.default_rng(1)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_localize.registration import picture_rays
-from bathbot_localize.surface_fit import DegenerateSurfaceError, fit_surface
+from bathbot_localize.surface.registration import picture_rays
+from bathbot_localize.surface.surface_fit import DegenerateSurfaceError, fit_surface
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import COLOUR, FB, cylinder, plane, sphere

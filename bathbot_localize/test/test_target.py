@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import rotate, transform_from, transform_points
-from bathbot_localize.surface_fit import fit_surface
-from bathbot_localize.target import axis_errors, localization_error, pose_from_normal, target_from_fit
+from bathbot_depthcorr.geometry.rigid import rotate, transform_from, transform_points
+from bathbot_localize.surface.surface_fit import fit_surface
+from bathbot_localize.target.target import axis_errors, localization_error, pose_from_normal, target_from_fit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import COLOUR, FB, T_BASE_COLOUR

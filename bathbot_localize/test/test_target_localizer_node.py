@@ -7,15 +7,16 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.messages import (
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from
+from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_depthcorr.node.stage_node import LATCHED
+from bathbot_depthcorr.ros.messages import (
     extrinsics_from_transform,
     image_from_depth,
     info_from_pinhole,
     stamp_from_seconds,
 )
-from bathbot_depthcorr.rigid import inverse, transform_from
-from bathbot_depthcorr.stage_node import LATCHED
-from bathbot_localize.hand_eye_file import HandEye, save_hand_eye
+from bathbot_localize.hand_eye.calibration_file import HandEye, save_hand_eye
 from bathbot_localize.messages import (
     detections_from_regions,
     stamped_from_transform,
@@ -24,7 +25,7 @@ from bathbot_localize.messages import (
     transforms_from_tf,
 )
 from bathbot_localize.regions import SkinRegion
-from bathbot_localize.target import localization_error
+from bathbot_localize.target.target import localization_error
 from bathbot_localize.target_localizer_node import TargetLocalizer
 from diagnostic_msgs.msg import DiagnosticArray
 from localize_scene import (
@@ -48,7 +49,6 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection2DArray
 
-from bathbot_depthcorr import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from bathbot_msgs.msg import ContactTargets
 from bathbot_msgs.srv import SelectRegion
 

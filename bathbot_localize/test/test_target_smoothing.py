@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_localize.smoothing import TargetSmoother
-from bathbot_localize.target import Target, pose_from_normal
+from bathbot_localize.target.smoothing import TargetSmoother
+from bathbot_localize.target.target import Target, pose_from_normal
 
 SIGMA = 0.0003
 NOISE = np.eye(3) * SIGMA**2

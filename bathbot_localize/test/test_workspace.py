@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_localize.workspace import Workspace, outward_normals
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_localize.surface.workspace import Workspace, outward_normals
 from hypothesis import given
 from hypothesis import strategies as st
 

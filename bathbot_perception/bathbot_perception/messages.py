@@ -18,6 +18,8 @@ from vision_msgs.msg import (
 )
 
 from bathbot_perception.classes import LABELS
+from bathbot_perception.detection.detector import Detector
+from bathbot_perception.detection.smoothing import Smoothing
 from bathbot_perception.errors import PictureError
 from bathbot_perception.regions import Region
 
@@ -86,3 +88,22 @@ def label_info(header: Header, threshold: float) -> LabelInfo:
     """All labels with their ids; the last, background, is never detected."""
     classes = [VisionClass(class_id=index, class_name=name) for index, name in enumerate(LABELS)]
     return LabelInfo(header=header, class_map=classes, threshold=threshold)
+
+
+class ImageDetection:
+    """A detector with its memory of the last picture."""
+
+    def __init__(self, detector: Detector, smoothing: Smoothing) -> None:
+        """Begin without a last picture."""
+        self._detector, self._smoothing, self._messages = detector, smoothing, DetectionMessages()
+
+    def detect(self, image: Any) -> Any:
+        """Regions of bare skin as `Detection2DArray`, with the header of an `Image`, untouched.
+
+        The next call changes the message.
+
+        Raises:
+            PictureError: On another encoding, or when the data do not fill the picture.
+        """
+        regions = self._smoothing.update(self._detector.detect(colour_from_image(image)))
+        return self._messages.fill(regions, image.header)

@@ -2,21 +2,20 @@
 
 import time
 
-from bathbot_depthcorr.newest_worker import NewestWorker
-from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.newest_worker import NewestWorker
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from vision_msgs.msg import Detection2DArray, LabelInfo
 
-from bathbot_perception.detector import load
+from bathbot_perception.detection.detector import load
+from bathbot_perception.detection.settings import SkinDetectorSettings
+from bathbot_perception.detection.smoothing import Smoothing
+from bathbot_perception.detection.throughput import Throughput
 from bathbot_perception.errors import PerceptionError
-from bathbot_perception.image_detection import ImageDetection
-from bathbot_perception.messages import label_info
-from bathbot_perception.skin_detector_settings import SkinDetectorSettings
-from bathbot_perception.smoothing import Smoothing
-from bathbot_perception.throughput import Throughput
+from bathbot_perception.messages import ImageDetection, label_info
 
 COLOUR_TOPIC = "camera/camera/color/image_raw"
 

@@ -1,10 +1,9 @@
 import cv2
 import numpy as np
 import pytest
-from bathbot_perception.training import augment
-from bathbot_perception.training.anchors import best_ratio, cluster_anchors
-from bathbot_perception.training.augment import PHOTOMETRIC, photometric
-from bathbot_perception.training.augment_geometry import (
+from bathbot_perception.training.data import augment
+from bathbot_perception.training.data.augment import PHOTOMETRIC, photometric
+from bathbot_perception.training.data.augment_geometry import (
     Example,
     GeometryRanges,
     flip,
@@ -16,6 +15,7 @@ from bathbot_perception.training.augment_geometry import (
     random_tilt,
     tilt,
 )
+from bathbot_perception.training.network.anchors import best_ratio, cluster_anchors
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

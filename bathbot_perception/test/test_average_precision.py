@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from bathbot_perception.average_precision import (
+from bathbot_perception.evaluation.average_precision import (
     PictureResult,
     average_precision,
     match_detections,

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.dataset import class_balance
+from bathbot_perception.training.data.augment_geometry import Example
+from bathbot_perception.training.data.dataset import class_balance
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from bathbot_perception.conditions import CONDITIONS, STRENGTHS, disturbed
+from bathbot_perception.evaluation import effects
+from bathbot_perception.evaluation.conditions import CONDITIONS, STRENGTHS, disturbed
 from hypothesis import given
 from hypothesis import strategies as st
-
-from bathbot_perception import effects
 
 PICTURE = np.random.default_rng(1).integers(30, 220, (240, 320, 3), dtype=np.uint8)
 BOXES = np.array([[10.0, 20.0, 70.0, 80.0], [80.0, 5.0, 120.0, 45.0]])

@@ -1,9 +1,9 @@
 """The confusion matrix."""
 
 import numpy as np
-from bathbot_perception.average_precision import PictureResult
 from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.confusion import BACKGROUND, confusion
+from bathbot_perception.evaluation.average_precision import PictureResult
+from bathbot_perception.evaluation.confusion import BACKGROUND, confusion
 from bathbot_perception.regions import Region
 from hypothesis import given
 from hypothesis import strategies as st

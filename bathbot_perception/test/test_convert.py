@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import onnx
 import pytest
-from bathbot_perception.convert import PRECISIONS, convert
-from bathbot_perception.detector import DEFAULT_MODEL, load
+from bathbot_perception.detection.detector import DEFAULT_MODEL, load
 from bathbot_perception.errors import ModelError, SettingsError
+from bathbot_perception.export.convert import PRECISIONS, convert
 from onnx import TensorProto
 
 

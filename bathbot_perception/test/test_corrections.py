@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 from bathbot_perception.errors import AnnotationError
-from bathbot_perception.training.corrections import read_corrections
-from bathbot_perception.training.dataset import load_source
-from bathbot_perception.voc import Annotation, Region, list_samples, write_annotation
+from bathbot_perception.pictures.voc import Annotation, Region, list_samples, write_annotation
+from bathbot_perception.training.data.corrections import read_corrections
+from bathbot_perception.training.data.dataset import load_source
 
 OURS = Path(__file__).parents[1] / "labels" / "real_skin.json"
 

@@ -3,9 +3,9 @@ import csv
 import cv2
 import numpy as np
 import pytest
-from bathbot_perception.detect_files import detect_files
-from bathbot_perception.detector import load
-from bathbot_perception.draw import draw_regions
+from bathbot_perception.detection.detector import load
+from bathbot_perception.pictures.detect_files import detect_files
+from bathbot_perception.pictures.draw import draw_regions
 from bathbot_perception.regions import Region
 from tiny_model import row
 

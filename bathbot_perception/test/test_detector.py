@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.detector import load
+from bathbot_perception.detection.detector import load
+from bathbot_perception.detection.settings import SkinDetectorSettings
 from bathbot_perception.errors import ModelError, PictureError, SettingsError
 from bathbot_perception.regions import area, overlap
-from bathbot_perception.skin_detector_settings import SkinDetectorSettings
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from skimage.data import astronaut
@@ -136,6 +136,6 @@ def test_a_black_picture_has_no_skin():
 
 
 def test_the_default_model_fits_a_repository():
-    from bathbot_perception.detector import DEFAULT_MODEL
+    from bathbot_perception.detection.detector import DEFAULT_MODEL
 
     assert DEFAULT_MODEL.stat().st_size < 15e6

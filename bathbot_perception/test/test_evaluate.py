@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import AnnotationError, SettingsError
-from bathbot_perception.evaluate import evaluate
+from bathbot_perception.evaluation.evaluate import evaluate
+from bathbot_perception.pictures.voc import Annotation, read_annotation, write_annotation
 from bathbot_perception.regions import Region
-from bathbot_perception.voc import Annotation, read_annotation, write_annotation
 from tiny_model import row
 
 HAND = row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))

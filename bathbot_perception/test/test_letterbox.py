@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from bathbot_perception.letterbox import GREY, STRIDE, Letterboxing, Scaling, fit_input, letterbox
+from bathbot_perception.detection.letterbox import GREY, STRIDE, Letterboxing, Scaling, fit_input, letterbox
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -3,22 +3,22 @@ import json
 import cv2
 import numpy as np
 import pytest
-from bathbot_perception.average_precision import PictureResult
-from bathbot_perception.card_pictures import condition_sheet, failure_sheet, mistakes
-from bathbot_perception.card_tables import (
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.detection.detector import load
+from bathbot_perception.errors import SettingsError
+from bathbot_perception.evaluation.average_precision import PictureResult
+from bathbot_perception.evaluation.card_pictures import condition_sheet, failure_sheet, mistakes
+from bathbot_perception.evaluation.card_tables import (
     accuracy_table,
     condition_table,
     confusion_table,
     time_table,
     tone_table,
 )
-from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.conditions import CONDITIONS
-from bathbot_perception.detector import load
-from bathbot_perception.errors import SettingsError
-from bathbot_perception.model_card import fill_card, marks, read_benches, training_summary
+from bathbot_perception.evaluation.conditions import CONDITIONS
+from bathbot_perception.evaluation.model_card import fill_card, marks, read_benches, training_summary
+from bathbot_perception.pictures.voc import Annotation, list_samples, write_annotation
 from bathbot_perception.regions import Region
-from bathbot_perception.voc import Annotation, list_samples, write_annotation
 from tiny_model import row
 
 BEGIN, END = marks("measured")

@@ -1,5 +1,5 @@
 import numpy as np
-from bathbot_perception.nms import suppress
+from bathbot_perception.detection.nms import suppress
 from bathbot_perception.regions import overlap
 from hypothesis import assume, given
 from hypothesis import strategies as st

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 from bathbot_perception.errors import PictureError
-from bathbot_perception.pictures import read_picture
+from bathbot_perception.pictures import pictures
+from bathbot_perception.pictures.pictures import read_picture
 from PIL import Image
-
-from bathbot_perception import pictures
 
 RAMP = np.tile(np.arange(64, dtype=np.uint8)[:, None] * 4, (1, 48))
 

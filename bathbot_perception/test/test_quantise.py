@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import onnx
 import pytest
-from bathbot_perception.detector import DEFAULT_MODEL, MODELS, load
+from bathbot_perception.detection.detector import DEFAULT_MODEL, MODELS, load
+from bathbot_perception.detection.letterbox import Letterboxing, fit_input
 from bathbot_perception.errors import ModelError
-from bathbot_perception.letterbox import Letterboxing, fit_input
-from bathbot_perception.model_graph import decoding, full_weights, split_stem, take_pixels
-from bathbot_perception.quantise import quantise
+from bathbot_perception.export.model_graph import decoding, full_weights, split_stem, take_pixels
+from bathbot_perception.export.quantise import quantise
 from onnx import TensorProto
 
 

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.stage_node import LATCHED
+from bathbot_depthcorr.node.stage_node import LATCHED
 from bathbot_perception.skin_detector_node import SkinDetector
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 import pytest
+from bathbot_perception.evaluation.skin_tone import thirds, typology_angle
 from bathbot_perception.regions import Region
-from bathbot_perception.skin_tone import thirds, typology_angle
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 """Smoothing never invents a box."""
 
 import numpy as np
+from bathbot_perception.detection.smoothing import Smoothing
 from bathbot_perception.regions import Region
-from bathbot_perception.smoothing import Smoothing
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,5 +1,5 @@
 import pytest
-from bathbot_perception.throughput import WINDOW, Throughput
+from bathbot_perception.detection.throughput import WINDOW, Throughput
 
 
 def test_the_rate_is_that_of_the_window():

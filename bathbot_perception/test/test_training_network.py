@@ -7,21 +7,21 @@ import pytest
 torch = pytest.importorskip("torch", reason="training needs the extra `train`")
 
 from bathbot_perception.classes import SKIN_CLASSES  # noqa: E402
-from bathbot_perception.detector import load  # noqa: E402
+from bathbot_perception.detection.detector import load  # noqa: E402
 from bathbot_perception.errors import ModelError, TrainingError  # noqa: E402
+from bathbot_perception.pictures.voc import Annotation, list_samples, write_annotation  # noqa: E402
 from bathbot_perception.regions import Region  # noqa: E402
-from bathbot_perception.training.batches import Batch  # noqa: E402
-from bathbot_perception.training.checkpoint import Average, Run, optimiser_of, read_state, save_run  # noqa: E402
-from bathbot_perception.training.dataset import load_source  # noqa: E402
-from bathbot_perception.training.export import export  # noqa: E402
-from bathbot_perception.training.loss import complete_overlap, detection_loss, match  # noqa: E402
-from bathbot_perception.training.network import STRIDES, Yolov5s, decode  # noqa: E402
+from bathbot_perception.training.data.batches import Batch  # noqa: E402
+from bathbot_perception.training.data.dataset import load_source  # noqa: E402
+from bathbot_perception.training.network.checkpoint import Average, Run, optimiser_of, read_state, save_run  # noqa: E402
+from bathbot_perception.training.network.export import export  # noqa: E402
+from bathbot_perception.training.network.loss import complete_overlap, detection_loss, match  # noqa: E402
+from bathbot_perception.training.network.network import STRIDES, Yolov5s, decode  # noqa: E402
+from bathbot_perception.training.network.unfold import network_from_onnx  # noqa: E402
 from bathbot_perception.training.parallel import ParallelGradient, split_batch  # noqa: E402
 from bathbot_perception.training.run import make_optimiser, start_run, train_step  # noqa: E402
+from bathbot_perception.training.settings import TrainSettings, rate_at  # noqa: E402
 from bathbot_perception.training.train import train  # noqa: E402
-from bathbot_perception.training.train_settings import TrainSettings, rate_at  # noqa: E402
-from bathbot_perception.training.unfold import network_from_onnx  # noqa: E402
-from bathbot_perception.voc import Annotation, list_samples, write_annotation  # noqa: E402
 
 ANCHORS = torch.tensor(
     [[[8, 8], [16, 16], [12, 30]], [[30, 30], [40, 20], [30, 70]], [[90, 90], [80, 200], [200, 150]]]

@@ -3,9 +3,15 @@ import numpy as np
 import pytest
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import AnnotationError
+from bathbot_perception.pictures.splits import split_samples
+from bathbot_perception.pictures.voc import (
+    Annotation,
+    list_samples,
+    read_annotation,
+    read_checked,
+    write_annotation,
+)
 from bathbot_perception.regions import Region
-from bathbot_perception.splits import split_samples
-from bathbot_perception.voc import Annotation, list_samples, read_annotation, read_checked, write_annotation
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -4,7 +4,7 @@ Surfaces, contact targets and poses are read by `bathbot_localize.messages`.
 """
 
 import numpy as np
-from bathbot_depthcorr.messages import stamp_from_seconds, stamp_seconds
+from bathbot_depthcorr.ros.messages import stamp_from_seconds, stamp_seconds
 from bathbot_localize.messages import pose_from_transform, transform_from_pose
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -15,10 +15,10 @@ from std_msgs.msg import Header
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
 from bathbot_scrub.errors import NotReadyError
-from bathbot_scrub.rm65.guard_states import State
-from bathbot_scrub.rm65.kinematics import JOINT_NAMES
+from bathbot_scrub.path.segments import Segment
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
+from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import ArmReport, Outcome
-from bathbot_scrub.segments import Segment
 
 Array = NDArray[np.float64]
 BASE = "base_link"

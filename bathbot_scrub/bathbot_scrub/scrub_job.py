@@ -22,12 +22,12 @@ from bathbot_scrub.errors import (
     SurfaceError,
     TargetLostError,
 )
-from bathbot_scrub.path_planner import PathPlanner
+from bathbot_scrub.path.planner import PathPlanner
+from bathbot_scrub.path.segments import Segment
+from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.segments import Segment
-from bathbot_scrub.surface_map import Sighting
 
 _TICK = 0.05  # [s] between looks at clock and arm when nothing arrives
 

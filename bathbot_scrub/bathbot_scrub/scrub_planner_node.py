@@ -8,8 +8,9 @@ executor busy.
 from dataclasses import replace
 
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.messages import stamp_seconds
-from bathbot_depthcorr.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.ros.messages import stamp_seconds
+from bathbot_localize.arm import clearance
 from bathbot_localize.messages import surface_from_cloud, transform_from_pose
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -20,7 +21,6 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, PointCloud2
 from std_srvs.srv import Trigger
 
-from bathbot_localize import clearance
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
 from bathbot_scrub.before_contact import BeforeContact
@@ -33,14 +33,14 @@ from bathbot_scrub.messages import (
     result_from_outcome,
     targets_by_region,
 )
-from bathbot_scrub.path_planner import PathPlanner, Task
-from bathbot_scrub.reach import Reach
-from bathbot_scrub.rm65.force_limits import load_force_limits
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_scrub.path.planner import PathPlanner, Task
+from bathbot_scrub.path.reach import Reach
+from bathbot_scrub.path.segments import Segment
+from bathbot_scrub.path.surface_map import Sighting
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.force.force_limits import load_force_limits
 from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, code_of
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.segments import Segment
-from bathbot_scrub.surface_map import Sighting
 
 
 class ScrubPlanner(StageNode):

@@ -1,11 +1,11 @@
 """Poses before the arm, and paths through them."""
 
 import numpy as np
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.path_runner import Pace
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.path_runner import Pace
 from scipy.spatial.transform import Rotation
 
 ARM = Kinematics("6F")

@@ -1,7 +1,7 @@
 """Skin for tests: a cylinder or a plane in front of the base, as a depth camera at the origin sees it."""
 
 import numpy as np
-from bathbot_depthcorr.rigid import transform_from, transform_points
+from bathbot_depthcorr.geometry.rigid import transform_from, transform_points
 from scipy.spatial.transform import Rotation
 
 DISTANCE = 0.7  # of the nearest skin from the camera [m]

@@ -7,14 +7,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 import pytest
-from bathbot_depthcorr.rigid import transform_points
-from bathbot_scrub.rm65.arm_model import ArmModel
-from bathbot_scrub.rm65.arm_shapes import arm_capsules
+from bathbot_depthcorr.geometry.rigid import transform_points
+from bathbot_scrub.rm65.arm.capsules import arm_capsules
+from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.urdf import urdf
+from bathbot_scrub.rm65.arm.walls import Wall, walls_from
 from bathbot_scrub.rm65.errors import ArmSettingsError
-from bathbot_scrub.rm65.kinematics import FLANGE_OFFSETS, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.urdf import urdf
-from bathbot_scrub.rm65.walls import Wall, walls_from
+from bathbot_scrub.rm65.paths.self_collision import ArmModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -65,7 +65,8 @@ def test_a_shorter_flange_has_a_shorter_last_link():
 
 def test_the_command_prints_it_and_refuses_an_unknown_variant():
     run = lambda *words: subprocess.run(  # noqa: E731
-        [sys.executable, "-m", "bathbot_scrub.rm65.urdf", *words], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "bathbot_scrub.rm65.arm.urdf", *words],
+        capture_output=True, text=True, check=False,
     )
     assert run("B").stdout == urdf("B")
     refused = run("7F")
@@ -155,5 +156,8 @@ def test_walls_that_are_none_are_refused(numbers, message):
 
 
 def test_a_light_command_does_not_load_pinocchio():
-    code = "import sys, bathbot_scrub.reach, bathbot_scrub.rm65.motion; assert 'pinocchio' not in sys.modules"
+    code = (
+        "import sys, bathbot_scrub.path.reach, bathbot_scrub.rm65.paths.motion_planner;"
+        "assert 'pinocchio' not in sys.modules"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)

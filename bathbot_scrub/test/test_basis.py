@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.basis import basis, basis_as_printed, basis_derivative, basis_derivative_as_printed
+from bathbot_scrub.path.basis import basis, basis_as_printed, basis_derivative, basis_derivative_as_printed
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.bspline import (
+from bathbot_scrub.path.bspline import (
     PathTooShortError,
     arc_length,
     chord_parameters,

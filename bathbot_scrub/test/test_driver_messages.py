@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bathbot_localize.messages import cloud_from_surface
 from bathbot_scrub.rm65.errors import InvalidPoseError
-from bathbot_scrub.rm65.messages import body_from_cloud
+from bathbot_scrub.rm65.ros.messages import body_from_cloud
 from builtin_interfaces.msg import Time
 from numpy.testing import assert_allclose
 from std_msgs.msg import Header

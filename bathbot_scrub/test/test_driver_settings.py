@@ -1,8 +1,8 @@
 """Parameters of the arm driver that mean nothing are refused in one line."""
 
 import pytest
-from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import ArmError
+from bathbot_scrub.rm65.settings import DriverSettings
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import yaml
+from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH
 from bathbot_scrub.rm65.errors import ArmSettingsError
-from bathbot_scrub.rm65.force_limits import default_file, load_force_limits, shipped_force_limits
-from bathbot_scrub.rm65.kinematics import HEAD_LENGTH
-from bathbot_scrub.rm65.wrench_filter import WrenchFilter, at_tip
+from bathbot_scrub.rm65.force.force_limits import default_file, load_force_limits, shipped_force_limits
+from bathbot_scrub.rm65.force.wrench_filter import WrenchFilter, at_tip
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.alarm import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force_excess import Reading
-from bathbot_scrub.rm65.force_guard import ForceGuard
-from bathbot_scrub.rm65.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard_states import Action, Cause, State
+from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.rm65.guard.force_checks import Reading
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard.states import QUIET, Action, Alarm, Cause, Reaction, State
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,10 +3,9 @@
 import contextlib
 
 import numpy as np
-from bathbot_scrub.rm65.alarm import QUIET
 from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard_states import TRANSITIONS, Action, State
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard.states import QUIET, TRANSITIONS, Action, State
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_guard import ALARMS, LIMITS, TRUNK, forces, reading

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 from arm_poses import ARM
+from bathbot_scrub.rm65.arm.inverse_kinematics import (
+    all_branches,
+    distance_to_singularity,
+    solve_head,
+    why_unreachable,
+    wrap,
+)
+from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, FOREARM, UPPER_ARM, Kinematics
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.inverse_kinematics import all_branches, distance_to_singularity, solve_head, wrap
-from bathbot_scrub.rm65.kinematics import FLANGE_OFFSETS, FOREARM, UPPER_ARM, Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.reach_reason import why_unreachable
-from bathbot_scrub.rm65.tool_path import solve_path
+from bathbot_scrub.rm65.paths.tool_path import solve_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

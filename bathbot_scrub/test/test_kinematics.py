@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_scrub.rm65.errors import ArmSettingsError, InvalidPoseError, JointLimitError, UnreachableError
-from bathbot_scrub.rm65.inverse_kinematics import (
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.rm65.arm.inverse_kinematics import (
     all_branches,
     check_poses,
     distance_to_singularity,
@@ -13,7 +12,7 @@ from bathbot_scrub.rm65.inverse_kinematics import (
     unwind,
     wrap,
 )
-from bathbot_scrub.rm65.kinematics import (
+from bathbot_scrub.rm65.arm.kinematics import (
     BASE_HEIGHT,
     FLANGE_OFFSETS,
     FOREARM,
@@ -21,7 +20,8 @@ from bathbot_scrub.rm65.kinematics import (
     UPPER_ARM,
     Kinematics,
 )
-from bathbot_scrub.rm65.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.errors import ArmSettingsError, InvalidPoseError, JointLimitError, UnreachableError
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

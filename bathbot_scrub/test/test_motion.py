@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, PLANNER, TARGET, TOUCH, facing
+from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH, retreated
 from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.kinematics import HEAD_LENGTH, retreated
-from bathbot_scrub.rm65.tool_path import densify, solve_path
+from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

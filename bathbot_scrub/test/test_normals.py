@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.triangle_normals import triangle_normals
+from bathbot_scrub.path.triangle_normals import triangle_normals
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

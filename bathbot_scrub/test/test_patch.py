@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_scrub.errors import SurfaceError
-from bathbot_scrub.patch import PatchGrid, around, connected_skin, patch_frame
+from bathbot_scrub.path.patch import PatchGrid, around, connected_skin, patch_frame
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from bathbot_scrub.errors import SurfaceError
-from bathbot_scrub.height_field import HeightField
-from bathbot_scrub.patch import PatchGrid
-from bathbot_scrub.path_choice import around_target, candidates, choose_patch, washed
-from bathbot_scrub.scan_lines import Ground
+from bathbot_scrub.path.height_field import HeightField
+from bathbot_scrub.path.patch import PatchGrid
+from bathbot_scrub.path.path_choice import around_target, candidates, choose_patch, washed
+from bathbot_scrub.path.scan_lines import Ground
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
 SETTINGS = ScrubPlannerSettings()

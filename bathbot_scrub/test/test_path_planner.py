@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_scrub.errors import OutOfReachError, SurfaceError, TargetLostError
-from bathbot_scrub.path_planner import PathPlanner, Task
+from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from numpy.testing import assert_allclose
 from synthetic_skin import DISTANCE, cylinder, cylinder_normals, moved, plane, somewhere, target

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, PERIOD, PLANNER, TOUCH, joints_at, run, straight
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.errors import JointLimitError
-from bathbot_scrub.rm65.joint_path import joint_move, timed_path
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.motion import line_pace
-from bathbot_scrub.rm65.path_runner import PathRunner
+from bathbot_scrub.rm65.paths.joint_path import joint_move, timed_path
+from bathbot_scrub.rm65.paths.motion_planner import line_pace
+from bathbot_scrub.rm65.paths.path_runner import PathRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -3,8 +3,8 @@
 import time
 
 import pytest
-from bathbot_scrub.rm65.period import Beat
-from bathbot_scrub.rm65.reaction import PeriodStatistics
+from bathbot_scrub.rm65.timing.beat import Beat
+from bathbot_scrub.rm65.timing.stream_statistics import PeriodStatistics
 
 
 def test_period_statistics_tell_the_deviation():

@@ -1,9 +1,9 @@
 """Reach of the arm along a path."""
 
 import numpy as np
-from bathbot_depthcorr.rigid import transform_from
-from bathbot_scrub.reach import Reach
-from bathbot_scrub.rm65.kinematics import Kinematics
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.path.reach import Reach
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from scipy.spatial.transform import Rotation
 
 ARM = Kinematics("6F")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.height_field import HeightField
-from bathbot_scrub.patch import PatchGrid
-from bathbot_scrub.scan_lines import Ground, line_offsets, scan_paths, skin_distance, turn
+from bathbot_scrub.path.height_field import HeightField
+from bathbot_scrub.path.patch import PatchGrid
+from bathbot_scrub.path.scan_lines import Ground, line_offsets, scan_paths, skin_distance, turn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

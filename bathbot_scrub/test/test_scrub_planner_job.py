@@ -5,11 +5,11 @@ import time
 import numpy as np
 import pytest
 from bathbot_scrub.errors import SurfaceError
-from bathbot_scrub.path_planner import PathPlanner, Task
-from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.path.planner import PathPlanner, Task
+from bathbot_scrub.path.surface_map import Sighting
+from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import ArmReport, Code, ScrubJob
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.surface_map import Sighting
 from synthetic_skin import cylinder, plane, target
 
 SETTINGS = ScrubPlannerSettings(arm_state_max_age=30.0, stall_timeout=30.0)  # the tests may be slow

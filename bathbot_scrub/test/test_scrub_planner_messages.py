@@ -11,9 +11,9 @@ from bathbot_scrub.messages import (
     result_from_outcome,
     segment_from_message,
 )
-from bathbot_scrub.rm65.guard_states import State
+from bathbot_scrub.path.segments import Segment
+from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import Code, Outcome, code_of
-from bathbot_scrub.segments import Segment
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
 from synthetic_skin import somewhere

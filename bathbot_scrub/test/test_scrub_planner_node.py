@@ -7,11 +7,11 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_localize.messages import cloud_from_surface, pose_from_transform
 from bathbot_scrub.messages import segment_from_message
-from bathbot_scrub.rm65.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.kinematics import JOINT_NAMES, Kinematics
+from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
 from bathbot_scrub.scrub_planner_node import ScrubPlanner
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped

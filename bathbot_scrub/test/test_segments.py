@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import rotation_angle
-from bathbot_scrub.height_field import HeightField
-from bathbot_scrub.patch import PatchGrid
-from bathbot_scrub.scan_lines import Ground, scan_paths
+from bathbot_depthcorr.geometry.rigid import rotation_angle
+from bathbot_scrub.path.height_field import HeightField
+from bathbot_scrub.path.patch import PatchGrid
+from bathbot_scrub.path.scan_lines import Ground, scan_paths
+from bathbot_scrub.path.segments import SegmentShaper
+from bathbot_scrub.path.tool_pose import head_rotations
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.segments import SegmentShaper
-from bathbot_scrub.tool_pose import head_rotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.errors import JointLimitError, NotReadyError
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.limits import RM65_LIMITS
-from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.streamed_path import KEPT, LARGEST_FRAME, StreamedPath
+from bathbot_scrub.rm65.motion.streamed_path import KEPT, LARGEST_FRAME, StreamedPath
+from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.height_field import HeightField, smooth
-from bathbot_scrub.patch import Cells, PatchGrid
+from bathbot_scrub.path.height_field import HeightField, smooth
+from bathbot_scrub.path.patch import Cells, PatchGrid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.skin_level import SkinLevel
+from bathbot_scrub.path.surface_map import SkinLevel
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from bathbot_scrub.errors import SurfaceError, TargetLostError
-from bathbot_scrub.patch import PatchGrid, patch_frame
+from bathbot_scrub.path.patch import PatchGrid, patch_frame
+from bathbot_scrub.path.surface_map import SurfaceMap
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.surface_map import SurfaceMap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_skin import cylinder, moved, plane, somewhere, target

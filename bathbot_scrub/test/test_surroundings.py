@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, TARGET, TOUCH, facing, straight
-from bathbot_localize.arm_shape import BRUSH_RADIUS
-from bathbot_scrub.rm65.arm_shapes import arm_capsules
-from bathbot_scrub.rm65.clearance_kernel import fill_clearances, within
-from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_localize.arm.arm_shape import BRUSH_RADIUS
+from bathbot_scrub.rm65.arm.capsules import arm_capsules
+from bathbot_scrub.rm65.arm.kinematics import retreated
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
-from bathbot_scrub.rm65.joint_path import joint_move
-from bathbot_scrub.rm65.kinematics import retreated
-from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.segment_queue import ScrubPath, Segment
-from bathbot_scrub.rm65.surroundings import Surroundings
-from bathbot_scrub.rm65.swept_arm import swept
-from bathbot_scrub.rm65.tool_path import densify, solve_path
+from bathbot_scrub.rm65.motion.scrub_path import ScrubPath, Segment
+from bathbot_scrub.rm65.paths.clearance import swept
+from bathbot_scrub.rm65.paths.clearance_kernel import fill_clearances, within
+from bathbot_scrub.rm65.paths.joint_path import joint_move
+from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.surroundings import Surroundings
+from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
+from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

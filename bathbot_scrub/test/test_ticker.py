@@ -4,7 +4,7 @@ import signal
 import threading
 import time
 
-from bathbot_scrub.rm65.ticker import Ticker
+from bathbot_scrub.rm65.timing.beat import Ticker
 
 
 def test_it_calls_until_it_is_closed():

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.rigid import rotation_angle
-from bathbot_scrub.tool_pose import (
+from bathbot_depthcorr.geometry.rigid import rotation_angle
+from bathbot_scrub.path.tool_pose import (
     TURN_THRESHOLD,
     Turning,
     flange_poses,

@@ -4,12 +4,12 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_scrub.rm65.controller.state_push import ArmSample
 from bathbot_scrub.rm65.errors import InvalidPoseError
-from bathbot_scrub.rm65.following import Following
-from bathbot_scrub.rm65.reaction import ReactionStatistics
-from bathbot_scrub.rm65.state_push import ArmSample
-from bathbot_scrub.rm65.tool_weight import ToolWeight, estimate
-from bathbot_scrub.rm65.vital_signs import Activity, Connected, VitalSigns
+from bathbot_scrub.rm65.force.tool_weight import ToolWeight, estimate
+from bathbot_scrub.rm65.guard.following_error import Following
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, VitalSigns
+from bathbot_scrub.rm65.timing.stream_statistics import ReactionStatistics
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

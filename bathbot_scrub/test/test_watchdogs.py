@@ -5,12 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.alarm import QUIET, Alarm, Reaction
-from bathbot_scrub.rm65.driver_settings import DriverSettings
-from bathbot_scrub.rm65.error_codes import in_words
-from bathbot_scrub.rm65.following import NO_LAG
-from bathbot_scrub.rm65.vital_signs import Activity, Connected, Signs
-from bathbot_scrub.rm65.watchdogs import UNSTEADY, WATCHDOGS, Watchdogs, gravest
+from bathbot_scrub.rm65.controller.error_codes import in_words
+from bathbot_scrub.rm65.guard.following_error import NO_LAG
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signs
+from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction
+from bathbot_scrub.rm65.guard.watchdogs import UNSTEADY, WATCHDOGS, Watchdogs, gravest
+from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given
 from hypothesis import strategies as st
 

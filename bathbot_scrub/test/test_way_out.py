@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, PERIOD, TARGET, TOUCH, joints_at, straight
-from bathbot_scrub.rm65.commanded_motion import CommandedMotion
-from bathbot_scrub.rm65.driver_settings import DriverSettings
 from bathbot_scrub.rm65.errors import CollisionError
-from bathbot_scrub.rm65.motion import Planner, line_pace
-from bathbot_scrub.rm65.motion_kind import Kind
-from bathbot_scrub.rm65.surroundings import Surroundings
-from bathbot_scrub.rm65.way_out import Retract, WayOut
+from bathbot_scrub.rm65.motion.commanded_motion import CommandedMotion, Kind
+from bathbot_scrub.rm65.paths.motion_planner import Planner, line_pace
+from bathbot_scrub.rm65.paths.retract_path import Retract, WayOut
+from bathbot_scrub.rm65.paths.surroundings import Surroundings
+from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.whereabouts import whereabouts
+from bathbot_scrub.rm65.motion.commanded_motion import whereabouts
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal

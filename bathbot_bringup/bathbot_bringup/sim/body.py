@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.errors import BringupError
 
-BODIES = Path(__file__).parent / "bodies.npz"
+BODIES = Path(__file__).parent / "data" / "bodies.npz"
 
 
 class Part(IntEnum):

@@ -6,12 +6,12 @@ back by what the skin at the hit has moved.
 
 import numpy as np
 import open3d as o3d
-from bathbot_depthcorr.rigid import inverse, rotate, transform_points
+from bathbot_depthcorr.geometry.rigid import inverse, rotate, transform_points
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.body import CLASS_NAMES, Body, breathing_weights
-from bathbot_bringup.sim.render_light import ray_scene
-from bathbot_bringup.sim.render_mesh import Mesh
+from bathbot_bringup.sim.render.light import ray_scene
+from bathbot_bringup.sim.render.mesh import Mesh
 from bathbot_bringup.sim.scenario import BodyMotion
 
 Array = NDArray[np.float64]

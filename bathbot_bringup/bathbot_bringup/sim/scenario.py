@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.errors import SettingsError
-from bathbot_bringup.sim.faults import Fault, parse_fault
+from bathbot_bringup.sim.faults.faults import Fault, parse_fault
 
-SCENARIOS = Path(__file__).parent / "scenarios"
+SCENARIOS = Path(__file__).parent / "data" / "scenarios"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from bathbot_depthcorr.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bathbot_bringup.sim.body import Body, body_count, load_body
 from bathbot_bringup.sim.body_surface import BodySurface
-from bathbot_bringup.sim.render_bathroom import clutter, random_lighting, random_room, stool
-from bathbot_bringup.sim.render_mesh import Mesh, cylinder_shape, merged, plain_mesh
-from bathbot_bringup.sim.render_stage import Stage, lit_stage
-from bathbot_bringup.sim.render_view import looking_at
+from bathbot_bringup.sim.render.bathroom import clutter, random_lighting, random_room, stool
+from bathbot_bringup.sim.render.mesh import Mesh, cylinder_shape, merged, plain_mesh
+from bathbot_bringup.sim.render.stage import Stage, lit_stage, looking_at
 from bathbot_bringup.sim.scenario import BodyMotion, Scenario
 from bathbot_bringup.sim.skin_tone import Look, dressed, random_look
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.body import Body, Mark, Part, Side, smoothed, vertex_normals
-from bathbot_bringup.sim.render_mesh import Mesh
+from bathbot_bringup.sim.render.mesh import Mesh
 
 Array = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import torch
 
-from bathbot_perception.training.batches import Batch
-from bathbot_perception.training.loss import detection_loss
-from bathbot_perception.training.network import Yolov5s
+from bathbot_perception.training.data.batches import Batch
+from bathbot_perception.training.network.loss import detection_loss
+from bathbot_perception.training.network.network import Yolov5s
 
 Losses = tuple[float, float, float]
 

@@ -1,10 +1,29 @@
 """How far a training run is, for who watches it and for who reads its log."""
 
+import csv
 from collections.abc import Mapping
+from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+
+class RowLog:
+    """A CSV file that grows by rows; its columns are fixed by the first one."""
+
+    def __init__(self, path: Path) -> None:
+        """Append to `path`."""
+        self.path = path
+
+    def add(self, row: dict[str, object]) -> None:
+        """Write one row, and the header into an empty file."""
+        fresh = not self.path.exists() or self.path.stat().st_size == 0
+        with self.path.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(row))
+            if fresh:
+                writer.writeheader()
+            writer.writerow(row)
 
 
 class TrainingProgress:

@@ -10,10 +10,11 @@ from torch import Tensor
 
 from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.errors import TrainingError
-from bathbot_perception.training.anchors import cluster_anchors
-from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.batches import Batch, BatchSettings, draw_batch
-from bathbot_perception.training.checkpoint import (
+from bathbot_perception.training.data.augment_geometry import Example
+from bathbot_perception.training.data.batches import Batch, BatchSettings, draw_batch
+from bathbot_perception.training.data.dataset import Source
+from bathbot_perception.training.network.anchors import cluster_anchors
+from bathbot_perception.training.network.checkpoint import (
     Average,
     Run,
     averaged_network,
@@ -22,12 +23,11 @@ from bathbot_perception.training.checkpoint import (
     restore_run,
     save_run,
 )
-from bathbot_perception.training.dataset import Source
-from bathbot_perception.training.network import Yolov5s
+from bathbot_perception.training.network.network import Yolov5s
+from bathbot_perception.training.network.unfold import network_from_onnx
 from bathbot_perception.training.parallel import Losses, ParallelGradient
-from bathbot_perception.training.row_log import RowLog
-from bathbot_perception.training.train_settings import TrainSettings
-from bathbot_perception.training.unfold import network_from_onnx
+from bathbot_perception.training.progress import RowLog
+from bathbot_perception.training.settings import TrainSettings
 from bathbot_perception.training.validate import score_network
 
 _MOST_LOST = 20  # steps in a row

@@ -20,21 +20,20 @@ import cv2
 import numpy as np
 
 from bathbot_perception.errors import PerceptionError, SettingsError
-from bathbot_perception.quantise import PICTURES, quantise
-from bathbot_perception.splits import split_samples
-from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.batches import BatchSettings, stream_batches
-from bathbot_perception.training.checkpoint import Run, save_run
-from bathbot_perception.training.corrections import NO_CORRECTIONS, Corrections, read_corrections
+from bathbot_perception.export.quantise import PICTURES, quantise
+from bathbot_perception.pictures.splits import split_samples
+from bathbot_perception.pictures.voc import list_samples
 from bathbot_perception.training.curves import draw_curves
-from bathbot_perception.training.dataset import Source, load_example, load_source
-from bathbot_perception.training.export import export
+from bathbot_perception.training.data.augment_geometry import Example
+from bathbot_perception.training.data.batches import BatchSettings, stream_batches
+from bathbot_perception.training.data.corrections import NO_CORRECTIONS, Corrections, read_corrections
+from bathbot_perception.training.data.dataset import Source, load_example, load_source
+from bathbot_perception.training.network.checkpoint import Run, save_run
+from bathbot_perception.training.network.export import export
 from bathbot_perception.training.parallel import Losses, ParallelGradient
-from bathbot_perception.training.progress import TrainingProgress
-from bathbot_perception.training.row_log import RowLog
+from bathbot_perception.training.progress import RowLog, TrainingProgress
 from bathbot_perception.training.run import start_run, train_step, validate_run
-from bathbot_perception.training.train_settings import TrainSettings, rate_at
-from bathbot_perception.voc import list_samples
+from bathbot_perception.training.settings import TrainSettings, rate_at
 
 _ROW = 50  # steps between rows of the log
 

@@ -4,18 +4,18 @@ import numpy as np
 import torch
 from torch import nn
 
-from bathbot_perception.average_precision import (
+from bathbot_perception.classes import SKIN_CLASSES
+from bathbot_perception.detection.letterbox import fit_input, letterbox
+from bathbot_perception.detection.predictions import regions_from_predictions
+from bathbot_perception.evaluation.average_precision import (
     PictureResult,
     average_precision,
     mean_average_precision,
     precision_recall,
 )
-from bathbot_perception.classes import SKIN_CLASSES
-from bathbot_perception.letterbox import fit_input, letterbox
-from bathbot_perception.predictions import regions_from_predictions
 from bathbot_perception.regions import Region
-from bathbot_perception.training.augment_geometry import Example
-from bathbot_perception.training.network import Yolov5s, predictions
+from bathbot_perception.training.data.augment_geometry import Example
+from bathbot_perception.training.network.network import Yolov5s, predictions
 
 
 @torch.no_grad()

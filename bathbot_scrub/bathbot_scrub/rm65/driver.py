@@ -6,27 +6,45 @@ Calls that move plan first, in the caller's thread, and then hand a finished pat
 import math
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.approach import Approach, Request, Touch
-from bathbot_scrub.rm65.control_loop import ControlLoop
-from bathbot_scrub.rm65.driver_settings import DriverSettings
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.force_guard import ForceGuard
-from bathbot_scrub.rm65.force_limits import load_force_limits
-from bathbot_scrub.rm65.guard_states import State
-from bathbot_scrub.rm65.kinematics import Kinematics
-from bathbot_scrub.rm65.link import Link
-from bathbot_scrub.rm65.motion import Planner
-from bathbot_scrub.rm65.motion_kind import Kind
-from bathbot_scrub.rm65.path_runner import Pace
-from bathbot_scrub.rm65.scrub_motion import ScrubMotion
-from bathbot_scrub.rm65.segment_queue import Segment
-from bathbot_scrub.rm65.sent_moves import SentMoves
-from bathbot_scrub.rm65.snapshot import Snapshot
-from bathbot_scrub.rm65.surroundings import Surroundings
+from bathbot_scrub.rm65.force.force_limits import load_force_limits
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.motion.approach import Approach, Request, Touch
+from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.control_loop import ControlLoop
+from bathbot_scrub.rm65.motion.controller_link import Link
+from bathbot_scrub.rm65.motion.program_moves import SentMoves
+from bathbot_scrub.rm65.motion.scrub_motion import ScrubMotion
+from bathbot_scrub.rm65.motion.scrub_path import Segment
+from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.path_runner import Pace
+from bathbot_scrub.rm65.paths.surroundings import Surroundings
+from bathbot_scrub.rm65.settings import DriverSettings
+
+
+class Snapshot(NamedTuple):
+    """What the driver does now; the fields of bathbot_msgs/ArmState."""
+
+    state: State
+    reason: str
+    connected: bool
+    path_id: int
+    segment_index: int
+    segments_queued: int
+    distance_along: float  # [m]
+    path_done: bool
+    force: float  # [N] filtered resultant, NaN when unknown
+    force_threshold: float  # [N]
+    period: float  # [s]
+    period_deviation_p99: float  # [s]
+
 
 Array = NDArray[np.float64]
 _CLEARED = 0.2  # [s] within which a sample without the error must have come

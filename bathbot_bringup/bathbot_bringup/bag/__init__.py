@@ -1,0 +1,1 @@
+"""Recording and replaying bags under a privacy profile."""

@@ -1,0 +1,106 @@
+"""Which topics of a bag to publish again, and when each message is due."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rosbags.interfaces import Connection, Qos
+
+from bathbot_bringup.bag.reading import open_bag
+from bathbot_bringup.errors import BagError
+
+PICTURES = ("color/image_raw", "depth/image_rect_raw")
+_MADE_BY_PIPELINE = (
+    "depth/corrected/image", "depth/corrected/image_mm", "depth/corrected/camera_info",
+    "depth/corrected/depth_to_color", "skin_regions", "skin_regions/label_info", "contact_targets", "surface",
+    "scrub_segments", "planned_path",
+)  # fmt: skip
+_NEVER = ("/clock", "/rosout", "/parameter_events", "/diagnostics")
+
+
+class ReplayTopic(NamedTuple):
+    """A topic to publish: name, type, number of messages, and how it was offered."""
+
+    name: str
+    message_type: str
+    messages: int
+    qos: Qos | None
+
+
+class Message(NamedTuple):
+    """A serialised message and when it was recorded [ns]."""
+
+    topic: str
+    time: int
+    data: bytes
+
+
+def has_pictures(names: Sequence[str]) -> bool:
+    """Tell whether colour and raw depth are among topics, in any namespace."""
+    return all(any(name.endswith(f"/{picture}") for name in names) for picture in PICTURES)
+
+
+def choose_topics(bag: Path, sources_only: bool) -> list[ReplayTopic]:
+    """Choose what to publish.
+
+    With pictures in the bag, what the pipeline makes from them is left out, so that it is made anew;
+    without, everything is published. Logs, diagnostics and the clock are never published again.
+
+    Args:
+        bag: To read.
+        sources_only: False publishes the pipeline's topics too.
+
+    Raises:
+        BagError: When the bag cannot be read or holds nothing to publish.
+    """
+    with open_bag(bag) as reader:
+        held = [c for c in reader.connections if c.msgcount and c.topic not in _NEVER]
+        anew = sources_only and has_pictures([c.topic for c in held])
+        chosen = [c for c in held if not (anew and _ends_with(c.topic, _MADE_BY_PIPELINE))]
+        topics = [ReplayTopic(c.topic, c.msgtype, c.msgcount, next(iter(_qos(c)), None)) for c in chosen]
+    if not topics:
+        raise BagError(
+            f"bag {bag} holds no messages that could be published; was it recorded while the graph ran?"
+        )
+    return topics
+
+
+def _ends_with(topic: str, endings: Sequence[str]) -> bool:
+    return any(topic == f"/{ending}" or topic.endswith(f"/{ending}") for ending in endings)
+
+
+def _qos(connection: Connection) -> Sequence[Qos]:
+    return getattr(connection.ext, "offered_qos_profiles", ())
+
+
+def messages_of(bag: Path, topics: Sequence[ReplayTopic]) -> Iterator[Message]:
+    """Give the messages of some topics in the order they were recorded, undecoded."""
+    names = {topic.name for topic in topics}
+    with open_bag(bag) as reader:
+        for connection, stamp, data in reader.messages([c for c in reader.connections if c.topic in names]):
+            yield Message(connection.topic, stamp, bytes(data))
+
+
+def pace(
+    messages: Iterator[Message],
+    rate: float,
+    wait: Callable[[float], bool],
+    now: Callable[[], float] = time.monotonic,
+) -> Iterator[Message]:
+    """Give each message when it is due.
+
+    Args:
+        messages: In order of time.
+        rate: Speed; 2 is twice as fast as recorded.
+        wait: Waits so many seconds; true ends the replay.
+        now: A steady clock [s].
+    """
+    first: int | None = None
+    begun = now()
+    for message in messages:
+        first = message.time if first is None else first
+        due = begun + (message.time - first) * 1e-9 / rate
+        if wait(max(due - now(), 0.0)):
+            return
+        yield message

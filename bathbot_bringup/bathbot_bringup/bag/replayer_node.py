@@ -1,0 +1,116 @@
+"""Node `replayer`: a bag -> its topics, bytes and time stamps as they were recorded."""
+
+import threading
+from pathlib import Path
+
+from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode, run
+from builtin_interfaces.msg import Time
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import QosDurability, QosReliability
+from rosgraph_msgs.msg import Clock
+
+from bathbot_bringup.bag.replay_settings import ReplayerSettings
+from bathbot_bringup.bag.replayer import Message, ReplayTopic, choose_topics, messages_of, pace
+from bathbot_bringup.errors import BringupError, SettingsError
+from bathbot_bringup.graph.message_types import message_class
+
+FINISHED = "replay finished"
+_CLOCK_STEP = 5_000_000  # [ns]
+
+
+def offered_again(topic: ReplayTopic) -> QoSProfile:
+    """Offer a topic as it was offered when it was recorded."""
+    latched = topic.qos is not None and topic.qos.durability == QosDurability.TRANSIENT_LOCAL
+    best_effort = topic.qos is not None and topic.qos.reliability == QosReliability.BEST_EFFORT
+    return QoSProfile(
+        depth=max(topic.messages if latched else 10, 1) if topic.messages < 1000 else 1000,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+class ReplayerNode(StageNode):
+    """Publishes in a thread of its own; says `replay finished` on /diagnostics at the end."""
+
+    def __init__(self) -> None:
+        """Declare the parameters."""
+        super().__init__("replayer", ReplayerSettings)
+
+    def setup(self, settings: ReplayerSettings) -> None:
+        """Look into the bag and offer its topics."""
+        if not settings.bag:
+            raise SettingsError(
+                "bag is empty, so there is nothing to replay; give a rosbag2 folder or an .mcap file"
+            )
+        self._settings = settings
+        self._topics = choose_topics(Path(settings.bag), settings.sources_only)
+        self._publishers_ours: dict[str, Publisher] = {}
+        for topic in self._topics:
+            kind = message_class(topic.message_type)
+            self._publishers_ours[topic.name] = self.create_publisher(kind, topic.name, offered_again(topic))
+        self._clock_topic = self.create_publisher(Clock, "/clock", 10) if settings.clock else None
+
+    def start(self) -> None:
+        """Begin to publish."""
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="replay")
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Publish no more."""
+        self._ended.set()
+        self._thread.join()
+
+    def teardown(self) -> None:
+        """Withdraw the topics."""
+        for publisher in getattr(self, "_publishers_ours", {}).values():
+            self.destroy_publisher(publisher)
+        self._publishers_ours = {}
+
+    def _work(self) -> None:
+        try:
+            self._replay()
+        except BringupError as error:
+            self.get_logger().error(str(error))
+            self.report(ERROR, str(error))
+
+    def _replay(self) -> None:
+        self._wait_for_listeners()
+        total = sum(topic.messages for topic in self._topics)
+        self.report(OK, f"replaying {total} messages")
+        sent, shown = 0, 0
+        for message in pace(
+            messages_of(Path(self._settings.bag), self._topics), self._settings.rate, self._ended.wait
+        ):
+            if self._clock_topic is not None and not 0 <= message.time - shown < _CLOCK_STEP:
+                shown = message.time
+                self._clock_topic.publish(Clock(clock=Time(sec=shown // 10**9, nanosec=shown % 10**9)))
+            self._send(message)
+            sent += 1
+        if not self._ended.is_set():
+            self.report(OK, FINISHED, messages=sent)
+            self.get_logger().info(f"{FINISHED}: {sent} messages")
+
+    def _send(self, message: Message) -> None:
+        self._publishers_ours[message.topic].publish(message.data)
+
+    def _wait_for_listeners(self) -> None:
+        """Let late listeners find the topics, so that the first pictures are not lost."""
+        step, waited = 0.1, 0.0
+        while waited < self._settings.wait_for_listeners and not self._ended.wait(step):
+            waited += step
+            if (
+                any(publisher.get_subscription_count() for publisher in self._publishers_ours.values())
+                and waited > 1.0
+            ):
+                return
+
+
+def main() -> None:
+    """Run the node."""
+    run(ReplayerNode)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The bathing job, step by step."""

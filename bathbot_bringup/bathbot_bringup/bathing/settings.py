@@ -1,0 +1,53 @@
+"""What a user may change about the demo."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from bathbot_bringup.bathing.steps import full_region_name
+from bathbot_bringup.errors import SettingsError
+from bathbot_bringup.sim.scenario import load_scenario
+
+PRESETS = ("paper", "yaw", "good")
+
+
+@dataclass(frozen=True, slots=True)
+class DemoSettings:
+    """One bathing job in the simulated bathroom.
+
+    Attributes:
+        region: Full class name of the region to bathe.
+        seed: Of body, skin tone, pose, motion and noise.
+        scenario: How the person moves: a name or a YAML file.
+        out: Folder for bag, summary, report and logs.
+        duration: Longest time of scrubbing [s].
+        rate: Pictures per second of the simulated camera [Hz].
+        preset: Error model of the simulated depth camera.
+    """
+
+    region: str
+    seed: int
+    scenario: str
+    out: Path
+    duration: float = 60.0
+    rate: float = 5.0
+    preset: str = "paper"
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be simulated.
+
+        Raises:
+            BringupError: In one line, with the value and what to try.
+        """
+        full_region_name(self.region)
+        load_scenario(self.scenario)
+        if not 0 <= self.seed < 2**31:
+            raise SettingsError(f"seed must lie in 0..2147483647, got {self.seed}; try 0")
+        if not (math.isfinite(self.duration) and 1.0 <= self.duration <= 600.0):
+            raise SettingsError(f"duration must lie in 1..600 s, got {self.duration}; try 60")
+        if not (math.isfinite(self.rate) and 1.0 <= self.rate <= 60.0):
+            raise SettingsError(f"rate must lie in 1..60 Hz, got {self.rate}; try 5")
+        if self.preset not in PRESETS:
+            raise SettingsError(f"no preset is named {self.preset!r}; there are {', '.join(PRESETS)}")
+        if self.out.exists() and not self.out.is_dir():
+            raise SettingsError(f"{self.out} is a file; give a folder for the results")

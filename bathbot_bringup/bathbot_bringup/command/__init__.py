@@ -1,0 +1,1 @@
+"""The `bathbot` command: one file a verb."""

@@ -1,0 +1,82 @@
+"""`bathbot calibrate`: make calibrations from recorded bags."""
+
+from pathlib import Path
+
+import typer
+
+app = typer.Typer(
+    help="Calibrate the camera's depth, or its place beside the arm.",
+    no_args_is_help=False,
+    rich_markup_mode=None,
+)
+
+
+@app.callback()
+def _group() -> None:
+    """Calibrate the camera's depth, or its place beside the arm."""
+
+
+@app.command("depth")
+def depth(
+    source: Path = typer.Argument(
+        None,
+        metavar="[BAG]",
+        help="Bag of a chessboard on a flat wall, recorded with --profile calibration; or a folder of .npz "
+        "views with known planes.",
+    ),
+    out: Path = typer.Option(
+        ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
+    ),
+    model: str = typer.Option(
+        "disparity_spline", help="Depth model: disparity_spline, two_imager, two_stage or identity."
+    ),
+    board: str = typer.Option("11x8", help="Inner corners of the board, along x across."),
+    square: float = typer.Option(
+        0.05, min=0.001, help="Edge of a square [m]; measure it, do not trust the print."
+    ),
+    live: bool = typer.Option(
+        False, "--live", help="Watch the camera that runs now, and tell which poses are still missing."
+    ),
+    camera: str = typer.Option("camera/camera", help="With --live: namespace of the camera's topics."),
+    json: Path = typer.Option(None, "--json", help="Also write the numbers of the report to this file."),
+    views: Path = typer.Option(
+        None, "--views", help="Also write the views, depth and plane without colour, to this folder."
+    ),
+) -> None:
+    """Fit the depth correction of one camera, and judge it on poses that were held out.
+
+    Hold the camera still for a second at 18 or more poses, 0.4 to 1.5 m from the wall, tilted up to
+    25 degrees, so that the wall fills the picture. Raw depth is needed, not depth aligned to colour.
+
+    \b
+      bathbot record --out wall --profile calibration --consent "chessboard only"
+      bathbot calibrate depth wall --out d455.npz
+      bathbot calibrate depth --live --out d455.npz
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_depthcorr.views.chessboard import Chessboard
+
+    from bathbot_bringup.calibration.depth_job import Job, run_job
+    from bathbot_bringup.command.arguments import board_size
+
+    chessboard = Chessboard(*board_size(board), square)
+    run_job(Job(source, live, camera, chessboard, model, out, json, views))
+
+
+@app.command("hand-eye")
+def hand_eye(
+    bag: Path = typer.Argument(..., help="Bag of a marker on the arm, recorded with --profile calibration."),
+    out: Path = typer.Option(..., "--out", help="Calibration file to write, ending in .yaml."),
+) -> None:
+    """Find where the camera stands beside the arm, from an ArUco marker that the arm shows it.
+
+    Fix the marker to the scrub head and show it to the camera, still for a second, in 12 or more
+    arm poses that differ by large turns about two axes.
+
+    \b
+      bathbot record --out marker --profile calibration --consent "marker only"
+      bathbot calibrate hand-eye marker --out hand_eye.yaml
+    """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_localize.hand_eye.recording import calibrate_bag
+
+    for line in calibrate_bag(bag, out, progress=typer.echo).lines():
+        typer.echo(line)

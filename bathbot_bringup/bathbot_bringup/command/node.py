@@ -1,0 +1,91 @@
+"""`bathbot node`, `bathbot sim-arm`: run one part of the graph by itself."""
+
+import math
+import os
+
+import typer
+
+from bathbot_bringup.graph import node_table
+
+
+def node(
+    context: typer.Context,
+    name: str = typer.Argument("", help="Name of the node; leave it out to list them."),
+) -> None:
+    """Run one node with its YAML parameters, as `ros2 run` would.
+
+    What stands after the name goes to the node:
+
+    \b
+      bathbot node                                          list the nodes
+      bathbot node skin_detector                            run one
+      bathbot node sim_camera --ros-args -p seed:=3         with another parameter
+    """  # noqa: D301 - \b keeps the lines of examples
+    if not name:
+        for entry in node_table.NODES.values():
+            typer.echo(f"{entry.name:18}{entry.about}   ({entry.module})")
+        return
+    command = node_table.node_command(node_table.find_node(name))
+    further = [argument for argument in context.args if argument != "--ros-args"]
+    os.execv(command[0], [*command, *further])
+
+
+def fault_kinds() -> str:
+    """The kinds of faults, for the end of the help."""
+    from bathbot_bringup.sim.faults.faults import KINDS
+
+    lines = [f"  {name:18}{kind.about}" + ("" if math.isnan(kind.value) else f"; default {kind.value:g}")
+             for name, kind in KINDS.items()]  # fmt: skip
+    return "\b\nKinds of faults:\n" + "\n".join(lines)
+
+
+def sim_arm(
+    host: str = typer.Option("127.0.0.1", help="Address to listen on; the default hears only this machine."),
+    port: int = typer.Option(
+        8080, min=0, max=65535, help="TCP port of the JSON protocol; 0 takes a free one."
+    ),
+    udp_port: int = typer.Option(8089, min=1, max=65535, help="UDP port of the state that is pushed."),
+    seed: int = typer.Option(0, help="Of the person the brush may touch."),
+    generation: int = typer.Option(3, help="Of the controller: 3 or 4."),
+    variant: str = typer.Option("6F", help="Of the arm: B, 6F or 6FB."),
+    scenario: str = typer.Option(
+        "calm", help="How the person moves and what fails: a name, or a YAML file with the keys below."
+    ),
+    person: bool = typer.Option(True, help="Whether somebody sits there."),
+    trace: str = typer.Option("", help="File to write what really happened to at the end, .npz."),
+) -> None:
+    """Run the emulator of the RM65 controller alone, without ROS.
+
+    Any client of the vendor's protocol may connect.
+
+    \b
+      bathbot sim-arm
+      bathbot sim-arm --port 18080 --no-person --generation 4
+      bathbot sim-arm --scenario faulty.yaml --trace run.npz
+
+    A scenario file orders faults, and each is told when it begins and ends:
+
+    \b
+      faults:
+        - {kind: lost_udp, after: 20.0, duration: 1.5}
+        - {kind: body_push, after: 40.0, duration: 0.5, value: 0.1}
+    """  # noqa: D301 - \b keeps the lines of examples
+    import logging
+
+    from bathbot_bringup.sim.arm.emulator.node_settings import SimRm65Settings
+
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    settings = SimRm65Settings(
+        host=host,
+        port=port,
+        udp_port=udp_port,
+        variant=variant,
+        generation=generation,
+        seed=seed,
+        scenario=scenario,
+        person=person,
+        trace=trace,
+    )
+    from bathbot_bringup.sim.arm.emulator.bathroom import run  # not before the settings are known to be good
+
+    run(settings)

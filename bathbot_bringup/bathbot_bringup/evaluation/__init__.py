@@ -1,0 +1,1 @@
+"""How good the whole is, over many seeds."""

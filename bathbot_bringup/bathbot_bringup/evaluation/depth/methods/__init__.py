@@ -1,0 +1,1 @@
+"""Depth corrections that others published."""

@@ -1,0 +1,182 @@
+"""The operator of the fault matrix on the graph: asks for approaches, plays the planner, orders faults."""
+
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from bathbot_scrub.rm65.motion.scrub_path import Segment
+from bathbot_scrub.rm65.ros.messages import pose_message
+from geometry_msgs.msg import PoseStamped
+from numpy.typing import NDArray
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from bathbot_bringup.errors import StepError
+from bathbot_bringup.evaluation.safety.fault_table import REGION
+from bathbot_bringup.evaluation.safety.measures import Report
+from bathbot_bringup.evaluation.safety.trial.stroke_player import SPACING, Progress
+from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_msgs.action import Approach, Scrub
+from bathbot_msgs.msg import ArmState, ScrubSegment
+
+Array = NDArray[np.float64]
+_SERVICES = ("stop", "resume", "retract", "home")
+_ANSWER, _TRACE = 3.0, 5.0  # [s]
+
+
+class LastPose(NamedTuple):
+    """Where the path ends that the driver was given."""
+
+    stamp: float  # [s] when it was heard
+    position: Array  # [m], shape (3,)
+    path_id: int
+
+
+class Operator:
+    """Talks to the arm of one graph.
+
+    Attributes:
+        reports: What the driver said, since `forget`.
+        head: Newest position of the head [m], shape (3,), and when it was heard [s].
+        last_pose: End of the newest good segment on the topic, whoever sent it; None before the first.
+    """
+
+    def __init__(self, client: GraphClient) -> None:
+        """Join a graph."""
+        self.client, node = client, client.node
+        self.reports: list[Report] = []
+        self.progress: Progress | None = None
+        self.head: tuple[Array, float] = (np.full(3, np.nan), 0.0)
+        self.last_pose: LastPose | None = None
+        self._joints: tuple[Array, Array] = (np.zeros(6), np.zeros(6))  # [rad], the newest two
+        self._approach = client.action(Approach, "approach")
+        self._scrub = client.action(Scrub, "scrub")
+        for name in _SERVICES:
+            client.service(Trigger, f"arm/{name}")
+        self._segments = node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
+        self._fault = node.create_publisher(String, "sim_fault", 10)
+        self._trace = node.create_publisher(String, "sim_trace", 10)
+        node.create_subscription(ArmState, "arm_state", self._on_arm, 50)
+        node.create_subscription(PoseStamped, "tool_pose", self._on_pose, 10)
+        node.create_subscription(JointState, "joint_states", self._on_joints, 10)
+        node.create_subscription(ScrubSegment, "scrub_segments", self._on_segment, QoSProfile(depth=50))
+
+    def connect(self, timeout: float) -> None:
+        """Wait until the driver hears its controller and everybody hears us.
+
+        Raises:
+            StepError: When that takes too long.
+        """
+        node = self.client.node
+
+        def ready() -> bool:
+            others = {"sim_fault": 1, "sim_trace": 1, "scrub_segments": 2}  # our own ears included
+            matched = all(node.count_subscribers(topic) >= count for topic, count in others.items())
+            connected = bool(self.reports) and self.reports[-1].connected
+            return matched and connected and self._approach.server_is_ready()
+
+        if not self.client.spin_until(ready, timeout):
+            raise StepError(
+                "connect", self.reports[-1].reason if self.reports else "rm65_driver says nothing"
+            )
+
+    @property
+    def state(self) -> int:
+        """State of the arm, as last told."""
+        return self.reports[-1].state if self.reports else -1
+
+    def fastest_joint(self) -> int:
+        """Which joint moves fastest just now, 1..6."""
+        before, now = self._joints
+        return int(np.abs(now - before).argmax()) + 1
+
+    def forget(self) -> None:
+        """Begin a trial: keep the newest report only, and have the trace begin anew."""
+        del self.reports[:-1]
+        self.last_pose = None
+        self._trace.publish(String(data=""))
+
+    def approach(self, T_base_target: Array, standoff: float) -> Any:
+        """Send the goal; gives the future of its result.
+
+        Raises:
+            StepError: When nobody takes it.
+        """
+        goal = Approach.Goal(region=REGION, standoff=standoff)
+        goal.target.header.frame_id = "base_link"
+        goal.target.header.stamp = self.client.node.get_clock().now().to_msg()
+        goal.target.pose = pose_message(T_base_target)
+        sent = self._approach.send_goal_async(goal)
+        if not self.client.spin_until(sent.done, _ANSWER) or not sent.result().accepted:
+            raise StepError("approach", "the goal was not accepted")
+        return sent.result().get_result_async()
+
+    def planners(self) -> int:
+        """How many nodes may send segments, this one included."""
+        return self.client.node.count_publishers("scrub_segments")
+
+    def scrub(self) -> None:
+        """Have the real planner scrub from where the arm is in contact.
+
+        Raises:
+            StepError: When nobody takes the goal.
+        """
+        ready = self.client.spin_until(self._scrub.server_is_ready, _ANSWER)
+        sent = self._scrub.send_goal_async(Scrub.Goal(region=REGION))
+        if not (ready and self.client.spin_until(sent.done, _ANSWER) and sent.result().accepted):
+            raise StepError("scrub", "the goal was not accepted")
+
+    def ask(self, name: str) -> str:
+        """Call a service of the arm; gives the reason when it refuses, empty when it does it."""
+        try:
+            self.client.trigger(name, f"arm/{name}", _ANSWER)
+        except StepError as error:
+            return str(error)
+        return ""
+
+    def send(self, segment: Segment) -> None:
+        """Publish a segment."""
+        message = ScrubSegment(
+            path_id=segment.path_id, index=segment.index, last=segment.last, region=segment.region,
+            spacing=SPACING, speed=segment.speed,
+        )  # fmt: skip
+        message.header.frame_id = "base_link"
+        message.header.stamp = self.client.node.get_clock().now().to_msg()
+        message.poses = [pose_message(T) for T in segment.T_base_heads]
+        self._segments.publish(message)
+
+    def order(self, fault: Mapping[str, float | str]) -> None:
+        """Order a fault of the emulated controller."""
+        self._fault.publish(String(data=json.dumps(fault)))  # JSON is YAML
+
+    def write_trace(self, path: Path) -> None:
+        """Have the trace written and wait for it.
+
+        Raises:
+            StepError: When it does not come.
+        """
+        self._trace.publish(String(data=str(path)))
+        if not self.client.spin_until(path.is_file, _TRACE):
+            raise StepError("trace", "sim_rm65 did not write its trace")
+
+    def _on_arm(self, message: ArmState) -> None:
+        self.reports.append(Report(time.monotonic(), message.state, message.reason, message.connected))
+        self.progress = Progress(message.path_id, message.segment_index, message.path_done)
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        place = message.pose.position
+        self.head = np.array([place.x, place.y, place.z]), time.monotonic()
+
+    def _on_joints(self, message: JointState) -> None:
+        self._joints = self._joints[1], np.asarray(message.position, dtype=float)
+
+    def _on_segment(self, message: ScrubSegment) -> None:
+        place = message.poses[-1].position
+        position = np.array([place.x, place.y, place.z])
+        if np.isfinite(position).all():
+            self.last_pose = LastPose(time.monotonic(), position, message.path_id)

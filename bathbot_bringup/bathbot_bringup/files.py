@@ -1,0 +1,65 @@
+"""Numbers as JSON files that any reader takes: no NaN, written whole."""
+
+import json
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from bathbot_bringup.errors import ProcessError
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write beside the target and rename, so that no reader ever sees half a file.
+
+    Raises:
+        OSError: When the folder cannot be made or written.
+    """
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def log_folder(purpose: str) -> Iterator[Path]:
+    """Make a temporary folder; it is removed at the end unless a process failed, whose log it holds."""
+    folder = Path(tempfile.mkdtemp(prefix=f"bathbot-{purpose}-"))
+    keep = False
+    try:
+        yield folder
+    except ProcessError:
+        keep = True
+        raise
+    finally:
+        if not keep:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def plain(value: Any) -> Any:
+    """Turn a value into what JSON knows; numbers that do not exist (NaN, infinity) become null."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if hasattr(value, "item") and not isinstance(value, str):  # numpy scalars
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write a JSON file in one step."""
+    write_atomically(path, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")

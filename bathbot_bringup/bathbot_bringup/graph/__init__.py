@@ -1,0 +1,1 @@
+"""The graph as processes: nodes, isolation, a client, stages."""

@@ -1,0 +1,1 @@
+"""What a run was like, against the simulated truth."""

@@ -1,0 +1,1 @@
+"""The simulated RM65: controller, protocol, contact."""

@@ -1,0 +1,1 @@
+"""The controller's inside: motion, joints, force."""

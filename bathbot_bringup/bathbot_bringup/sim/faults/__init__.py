@@ -1,0 +1,1 @@
+"""What can fail in the simulated arm, and when."""

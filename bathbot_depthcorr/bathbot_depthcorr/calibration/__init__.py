@@ -1,0 +1,1 @@
+"""From views to a calibration file that was judged."""

@@ -1,0 +1,1 @@
+"""Points, planes and cameras, the geometry that every package shares."""

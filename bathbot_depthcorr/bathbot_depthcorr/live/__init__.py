@@ -1,0 +1,1 @@
+"""The correction at work on a running camera."""

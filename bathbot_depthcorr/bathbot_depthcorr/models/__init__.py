@@ -1,0 +1,1 @@
+"""Depth corrections and how each is fitted, Eqs. (3)-(4)."""

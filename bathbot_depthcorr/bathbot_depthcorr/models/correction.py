@@ -1,0 +1,109 @@
+"""Depth corrections on file: `load(path)` gives an object with `apply`, `sigma` and `T_colour_depth`."""
+
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_depthcorr.calibration_file import CalibrationFileError
+from bathbot_depthcorr.errors import BathbotError, SettingsError
+from bathbot_depthcorr.geometry.camera_unit import CameraUnit
+from bathbot_depthcorr.geometry.pinhole import Pinhole
+from bathbot_depthcorr.geometry.rigid import rotation_angle
+from bathbot_depthcorr.models.correction_model import FILE_FORMAT, Correction, Identity
+from bathbot_depthcorr.models.disparity_fit import fit_disparity_spline
+from bathbot_depthcorr.models.disparity_spline import DisparitySpline
+from bathbot_depthcorr.models.two_imager import TwoImager
+from bathbot_depthcorr.models.two_imager_fit import fit_two_imager
+from bathbot_depthcorr.models.two_stage import TwoStage
+from bathbot_depthcorr.models.two_stage_fit import fit_two_stage
+from bathbot_depthcorr.views.views import CalibrationView
+
+MODELS: dict[str, type[Correction]] = {
+    kind.model: kind for kind in (DisparitySpline, TwoStage, TwoImager, Identity)
+}
+
+
+def load(path: Path | str) -> Correction:
+    """Read a correction that `Correction.save` wrote.
+
+    Raises:
+        CalibrationFileError: If the file is missing, cut off, or something else.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            contents = {name: file[name] for name in file.files}
+    except FileNotFoundError as error:
+        raise CalibrationFileError(
+            f"no depth calibration at {path}; make one with: bathbot calibrate depth BAG --out {path}"
+        ) from error
+    except OSError as error:
+        raise CalibrationFileError(
+            f"cannot read {path}: {error.strerror or error}; is it a file of yours?"
+        ) from error
+    except (
+        ValueError,
+        EOFError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        raise CalibrationFileError(
+            f"{path} ({path.stat().st_size} bytes) is no depth calibration or is cut off; calibrate again"
+        ) from error
+    return _build(path, contents)
+
+
+def _build(path: Path, contents: dict[str, NDArray]) -> Correction:
+    found = str(contents.get("format", "none"))
+    if found != FILE_FORMAT:
+        raise CalibrationFileError(f"{path} has format {found!r}, expected {FILE_FORMAT!r}; calibrate again")
+    name = str(contents.get("model", "none"))
+    if name not in MODELS:
+        raise CalibrationFileError(
+            f"{path} has model {name!r}, known are {', '.join(MODELS)}; update bathbot"
+        )
+    try:
+        transform = np.array(contents["T_colour_depth"], dtype=float)
+        if transform.shape != (4, 4) or not np.isfinite(rotation_angle(transform[:3, :3])):
+            raise ValueError(f"T_colour_depth has shape {transform.shape}")
+        width, height = (int(value) for value in contents["size"])
+        camera = Pinhole(width, height, *(float(value) for value in contents["intrinsics"]))
+        unit = CameraUnit(
+            camera,
+            transform,
+            str(contents["serial"]),
+            float(contents["temperature"]),
+            float(contents["baseline"]),
+        )
+        return MODELS[name].from_arrays(unit, contents)
+    except (KeyError, ValueError, TypeError, IndexError, BathbotError) as error:
+        raise CalibrationFileError(f"{path} lacks or garbles a value: {error}; calibrate again") from error
+
+
+DEFAULT_MODEL = "disparity_spline"
+Fit = Callable[[Sequence[CalibrationView], CameraUnit], Correction]
+
+FITS: dict[str, Fit] = {
+    "disparity_spline": fit_disparity_spline,
+    "two_stage": fit_two_stage,
+    "two_imager": fit_two_imager,
+    "identity": lambda _, unit: Identity(unit),
+}
+
+
+def find_fit(model: str) -> Fit:
+    """Look up how a model is fitted.
+
+    Raises:
+        SettingsError: On an unknown name.
+    """
+    if model not in FITS:
+        raise SettingsError(f"unknown depth model {model!r}; known are {', '.join(MODELS)}")
+    return FITS[model]

@@ -1,0 +1,1 @@
+"""Messages and bags of a depth camera."""

@@ -1,0 +1,1 @@
+"""The arm in the picture, and room for it over the skin."""

@@ -1,0 +1,1 @@
+"""Skin as a surface: registration, discs, normals, the workspace."""

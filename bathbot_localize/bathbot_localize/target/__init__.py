@@ -1,0 +1,1 @@
+"""From regions to contact targets in the base frame."""

@@ -1,0 +1,1 @@
+"""Regions of bare skin in one picture."""

@@ -1,0 +1,1 @@
+"""How good a detector is, and the model card that says so."""

@@ -1,0 +1,1 @@
+"""Pictures and boxes on file."""

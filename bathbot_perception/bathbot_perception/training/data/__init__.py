@@ -1,0 +1,1 @@
+"""Pictures for training: boxes, corrections, augmentation, batches."""

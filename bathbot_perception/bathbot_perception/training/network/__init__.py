@@ -1,0 +1,1 @@
+"""The network: layers, anchors, loss, checkpoints."""

@@ -1,0 +1,1 @@
+"""The arm itself: kinematics, limits and shape."""

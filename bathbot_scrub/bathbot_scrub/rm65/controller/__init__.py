@@ -1,0 +1,1 @@
+"""The controller's protocol: commands, answers, pushed state, error codes."""

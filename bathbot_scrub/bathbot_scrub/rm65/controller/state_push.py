@@ -1,0 +1,184 @@
+"""The controller's UDP state push at up to 200 Hz: one datagram, one `ArmSample`.
+
+The force vector has no stamp of its own, so a sample is stamped on arrival.
+"""
+
+import math
+import socket
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.controller.protocol import (
+    Frame,
+    decode,
+    integers,
+    joints_from_wire,
+    quaternion_from_wire,
+    wrench_from_wire,
+)
+from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
+from bathbot_scrub.rm65.timing.priority import raise_priority
+
+Array = NDArray[np.float64]
+_MAX_DATAGRAM = 65535
+_DISABLED = 0x0010  # error bit of a joint that has not started
+_POLL = 0.2  # [s] between looks at the stop flag
+
+
+class ArmSample(NamedTuple):
+    """What the controller measured at one instant."""
+
+    stamp: float  # [s] time.monotonic() on arrival
+    joints: Array  # [rad], shape (6,)
+    raw_wrench: Array  # [N, Nm], shape (6,), as measured, with weight and bias, sensor frame
+    wrench: Array  # the same: external force at the sensor after zeroing
+    T_base_flange: Array  # (4, 4), as the controller computes it
+    errors: tuple[int, ...]  # codes of the controller that are not zero
+    joint_errors: tuple[int, ...]  # error bits of each joint, as far as the controller tells them
+    status: str  # the controller's word for what it does
+
+
+def parse_sample(raw: bytes, stamp: float) -> ArmSample:
+    """Read one datagram; a force that is no six numbers becomes NaN, for the joints count all the same.
+
+    Raises:
+        ProtocolError: When it is not a complete joint state.
+    """
+    frame = decode(raw.rstrip(b"\r\n"), constant=float)
+    if frame.get("state") != "realtime_arm_joint_state":
+        raise ProtocolError(f"datagram is no joint state but {str(frame.get('state'))[:40]!r}")
+    status = _part(frame, "joint_status")
+    joints = joints_from_wire(integers(status, "joint_position", 6))
+    sensor = _part(frame, "six_force_sensor")
+    waypoint = _part(frame, "waypoint")
+    T = np.eye(4)
+    T[:3, 3] = integers(waypoint, "position", 3) * 1e-6
+    T[:3, :3] = quaternion_from_wire(integers(waypoint, "quat", 4))
+    word = str(frame.get("arm_current_status", ""))[:40]
+    wrenches = _wrench(sensor, "force"), _wrench(sensor, "zero_force")
+    return ArmSample(stamp, joints, *wrenches, T, _errors(frame), _joint_errors(status), word)
+
+
+def _wrench(sensor: Frame, key: str) -> Array:
+    try:
+        return wrench_from_wire(integers(sensor, key, 6))
+    except ProtocolError:
+        return np.full(6, np.nan)
+
+
+def _part(frame: Frame, key: str) -> Frame:
+    part = frame.get(key)
+    if not isinstance(part, dict):
+        raise ProtocolError(f"joint state lacks {key}; enable it in the controller's realtime push")
+    return part
+
+
+def _errors(frame: Frame) -> tuple[int, ...]:
+    """Collect the error codes that are not zero, whatever shape this firmware gives them."""
+    listed = frame.get("err", [])
+    codes = listed if isinstance(listed, list) else [listed]
+    codes = [*codes, frame.get("arm_err", 0), frame.get("sys_err", 0)]
+    numbers = (_code(code) for code in codes)
+    return tuple(dict.fromkeys(number for number in numbers if number))
+
+
+def _joint_errors(status: Frame) -> tuple[int, ...]:
+    """Error bits of the joints; a joint that says it is disabled has bit 0x10, start."""
+    bits, enabled = status.get("joint_err_code", [0] * 6), status.get("joint_en_flag", [1] * 6)
+    bits = bits if isinstance(bits, list) else [-1]
+    found = [_code(code) & 0xFFFF for code in bits[:6]]
+    if isinstance(enabled, list) and len(enabled) == len(found):
+        found = [
+            code if flag in (1, True) else code | _DISABLED for code, flag in zip(found, enabled, strict=True)
+        ]
+    return tuple(found)
+
+
+def _code(code: object) -> int:
+    """One code as a number; what cannot be read is not healthy: -1."""
+    try:
+        return int(code, 16) if isinstance(code, str) else int(code)  # type: ignore[call-overload]
+    except (TypeError, ValueError, OverflowError):
+        return -1
+
+
+class StateReceiver:
+    """Receives the push in a thread of its own and keeps the newest sample."""
+
+    def __init__(
+        self,
+        port: int,
+        on_sample: Callable[[ArmSample], None],
+        on_refusal: Callable[[], None] = lambda: None,
+        source: str = "",
+    ) -> None:
+        """Open the port (0: any free one) and start to listen.
+
+        Args:
+            port: UDP port.
+            on_sample: Called in the receiving thread with every good sample.
+            on_refusal: Called there for every datagram of the controller that is none.
+            source: Address of the controller; datagrams of others are refused. Empty: take all.
+
+        Raises:
+            ArmConnectionError: When the port cannot be opened.
+        """
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(("", port))
+        except OSError as error:
+            self._socket.close()
+            raise ArmConnectionError(
+                f"cannot listen on UDP port {port}: {error}; choose another udp_port"
+            ) from error
+        self._socket.settimeout(_POLL)
+        self.port = int(self._socket.getsockname()[1])
+        self.accepted = 0
+        self.rejected = 0
+        self.last_error = ""
+        self.latest: ArmSample | None = None
+        self._on_sample, self._on_refusal, self.source = on_sample, on_refusal, source
+        self._open = True
+        self._thread = threading.Thread(target=self._receive, name="rm65-push", daemon=True)
+        self._thread.start()
+
+    def age(self) -> float:
+        """Time since the newest sample [s]; infinite before the first."""
+        return math.inf if self.latest is None else time.monotonic() - self.latest.stamp
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._open = False
+        self._thread.join(2.0 * _POLL + 1.0)
+        self._socket.close()
+
+    def _receive(self) -> None:
+        raise_priority()  # what the control loop judges comes through here
+        while self._open:
+            try:
+                raw, (sender, _) = self._socket.recvfrom(_MAX_DATAGRAM)
+            except TimeoutError:
+                continue
+            except OSError as error:
+                self.last_error = str(error)
+                time.sleep(_POLL)
+                continue
+            if self.source not in ("", sender):
+                self.rejected += 1
+                self.last_error = f"datagram from {sender}, not from the controller {self.source}"
+                continue
+            try:
+                sample = parse_sample(raw, time.monotonic())
+            except ProtocolError as error:
+                self.rejected += 1
+                self.last_error = str(error)
+                self._on_refusal()
+                continue
+            self.accepted += 1
+            self.latest = sample
+            self._on_sample(sample)

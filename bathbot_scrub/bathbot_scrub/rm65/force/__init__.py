@@ -1,0 +1,1 @@
+"""The force sensor: limits, filter, the tool's weight, zeroing."""

@@ -1,0 +1,183 @@
+"""How hard each region may be touched: `config/force_limits.yaml` as frozen dataclasses."""
+
+import math
+import os
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from bathbot_scrub.rm65.errors import ArmSettingsError, NotReadyError
+
+_SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
+BRISTLES = 0.010  # [m] that the brush gives, at `give` [N]
+_NAME = Path("config") / "force_limits.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class RegionLimits:
+    """Limits of one region of skin; forces [N] at the scrub head after zeroing."""
+
+    comfort: tuple[float, float]  # band that feels comfortable
+    retract: float  # above this the arm leaves
+    hard_stop: float  # above this it also needs a person to go on
+    axis: tuple[float, float, float]  # largest |force| along x, y, z of the head
+    torque: float  # [Nm] largest, about the tip
+    collision: float  # outer bound of the collision table
+
+    def __post_init__(self) -> None:
+        """Refuse limits in the wrong order."""
+        rising = (0.0, *self.comfort, self.retract, self.hard_stop, self.collision)
+        if not all(a < b for a, b in pairwise(rising)):
+            raise ArmSettingsError(
+                f"limits must rise: 0 < comfort < retract < hard_stop < collision, got {rising[1:]} N"
+            )
+        if not (min(self.axis) > 0.0 and self.torque > 0.0):
+            raise ArmSettingsError(
+                f"axis and torque must be positive, got {self.axis} N and {self.torque} Nm"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class ForceLimits:
+    """Limits of all regions."""
+
+    contact: float  # [N] at which skin counts as felt
+    zero_residual: float  # [N] that may remain after zeroing
+    transit: float  # [N] met in free air at which the arm goes back
+    surge: float  # [N/s] rise at which the head leaves the skin if it must hurry
+    give: float  # [N] at which the bristles have no give left
+    regions: dict[str, RegionLimits]
+
+    def __post_init__(self) -> None:
+        """Refuse a contact threshold that no region allows, or that zeroing may leave."""
+        if not 0.0 < self.zero_residual < self.contact:
+            raise ArmSettingsError(
+                f"need 0 < zero_residual < contact, got {self.zero_residual} and {self.contact} N"
+            )
+        if not (self.surge > 0.0 and self.transit > self.zero_residual):
+            raise ArmSettingsError(
+                f"need surge > 0 and transit > zero_residual, got {self.surge} N/s and {self.transit} N"
+            )
+        for name, region in self.regions.items():
+            if not self.contact < region.retract:
+                raise ArmSettingsError(
+                    f"contact {self.contact} N must lie below retract {region.retract} N of {name}"
+                )
+        if not self.contact < self.give:
+            raise ArmSettingsError(f"contact {self.contact} N must lie below give {self.give} N")
+
+    def region(self, name: str) -> RegionLimits:
+        """Limits of one region.
+
+        Raises:
+            ArmSettingsError: When the file has none for it.
+        """
+        if name not in self.regions:
+            raise ArmSettingsError(
+                f"no force limits for region {name!r}; known are {', '.join(self.regions)}"
+            )
+        return self.regions[name]
+
+    def comfortable(self, name: str, compression: float) -> float:
+        """The compression [m] nearest to the one wanted whose force lies in a region's comfort band.
+
+        Raises:
+            ArmSettingsError: When the file has no such region.
+        """
+        least, most = self.region(name).comfort
+        stiffness = self.give / BRISTLES
+        return min(max(compression, least / stiffness), most / stiffness, BRISTLES)
+
+    def check_zeroed(self, residual: float) -> None:
+        """Refuse a zeroing that leaves too much.
+
+        Raises:
+            NotReadyError: With what remains [N].
+        """
+        if not residual <= self.zero_residual:
+            raise NotReadyError(
+                f"{residual:.2f} N remain after zeroing, more than {self.zero_residual} N; "
+                "is the arm at rest and free?"
+            )
+
+    def gentlest(self) -> RegionLimits:
+        """Limits that hold wherever the head may be: those of the region that bears least."""
+        return min(self.regions.values(), key=lambda region: region.retract)
+
+
+def default_file() -> Path:
+    """The file of this checkout, or of the installed package."""
+    places = [Path(__file__).parents[3]]
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        places.append(Path(prefix) / "share" / "bathbot_scrub")
+    return next((place / _NAME for place in places if (place / _NAME).is_file()), places[0] / _NAME)
+
+
+def load_force_limits(path: str | Path = "") -> ForceLimits:
+    """Read a limits file; the default one when `path` is empty.
+
+    Raises:
+        ArmSettingsError: One line that names the file and what is wrong in it.
+    """
+    file = Path(path) if str(path) else default_file()
+    try:
+        return _parse(yaml.safe_load(file.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ArmSettingsError(f"cannot read force limits {file}: {error}") from error
+    except yaml.YAMLError as error:
+        raise ArmSettingsError(f"force limits {file} are not YAML: {' '.join(str(error).split())}") from error
+    except ArmSettingsError as error:
+        raise ArmSettingsError(f"force limits {file}: {error}") from error
+
+
+def _parse(content: Any) -> ForceLimits:
+    _check_keys(content, ForceLimits, "the file")
+    if not isinstance(content["regions"], dict) or not content["regions"]:
+        raise ArmSettingsError("regions must be a table of class names")
+    regions = {}
+    for name, entry in content["regions"].items():
+        _check_keys(entry, RegionLimits, str(name))
+        values = {key: _number(f"{name}.{key}", value) for key, value in entry.items()}
+        if not (_length(values["comfort"]) == 2 and _length(values["axis"]) == 3):
+            raise ArmSettingsError(f"{name}: comfort must be two numbers and axis three")
+        if any(_length(values[key]) for key in ("retract", "hard_stop", "torque", "collision")):
+            raise ArmSettingsError(
+                f"{name}: retract, hard_stop, torque and collision must be one number each"
+            )
+        regions[str(name)] = RegionLimits(**values)
+    single = {name: _number(name, content[name]) for name in _SINGLE}
+    if any(_length(value) for value in single.values()):
+        raise ArmSettingsError(f"{', '.join(_SINGLE)} must be one number each")
+    return ForceLimits(**single, regions=regions)
+
+
+def _check_keys(entry: Any, wanted: type, where: str) -> None:
+    names = {field.name for field in fields(wanted)}
+    found = set(entry) if isinstance(entry, dict) else set()
+    if found != names:
+        missing, unknown = sorted(names - found), sorted(map(str, found - names))
+        raise ArmSettingsError(
+            f"{where} lacks {missing} and has unknown {unknown}; needed are {sorted(names)}"
+        )
+
+
+def _number(where: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_number(where, item) for item in value)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ArmSettingsError(f"{where} must be a finite number, got {value!r}")
+    return float(value)
+
+
+def _length(value: Any) -> int:
+    return len(value) if isinstance(value, tuple) else 0
+
+
+@lru_cache(maxsize=1)
+def shipped_force_limits() -> ForceLimits:
+    """The limits this package comes with."""
+    return load_force_limits()

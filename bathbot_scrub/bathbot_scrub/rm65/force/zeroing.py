@@ -1,0 +1,78 @@
+"""Zeroing the force sensor: at rest, untouched, and not so often that a touch could hide in it."""
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.force.force_limits import ForceLimits
+from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
+
+_ON_ITS_WAY = 0.03  # [s] for samples that are older than the controller's reply
+_SETTLE = 0.15  # [s] for the filter after zeroing
+_WATCHED = 0.05  # [s] for which the force must be steady before it is zeroed
+
+
+class Zeroing:
+    """Zeroes one sensor; one call at a time."""
+
+    def __init__(
+        self, clear: Callable[[], None], newest: Callable[[], HeadWrench | None], restart: Callable[[], None]
+    ) -> None:
+        """Prepare.
+
+        Args:
+            clear: Has the controller zero its sensor; raises ArmError when it does not.
+            newest: Gives the newest force; None before the first.
+            restart: Lets the filter begin anew.
+        """
+        self._clear, self._newest, self._restart = clear, newest, restart
+        self._known = False  # zeroed before: a steady force since then is a touch, or drift
+        self._in_question = False  # it was refused for that
+
+    def run(self, limits: ForceLimits) -> float:
+        """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
+
+        Raises:
+            NotReadyError: When the head is touched: the force is not steady, or far from the last zero.
+            RefusedError: When the controller refuses.
+            ArmConnectionError: Without connection.
+        """
+        self._check_untouched(limits)
+        self._clear()
+        time.sleep(_ON_ITS_WAY)
+        self._restart()
+        time.sleep(_SETTLE)
+        newest = self._newest()
+        residual = math.inf if newest is None else newest.force
+        limits.check_zeroed(residual)
+        self._known, self._in_question = True, False
+        return residual
+
+    def allow(self) -> bool:
+        """Someone says that nothing touches the head: take the force for drift. False: nobody had asked."""
+        asked, self._in_question = self._in_question, False
+        self._known = self._known and not asked
+        return asked
+
+    def _check_untouched(self, limits: ForceLimits) -> None:
+        """Refuse to zero a force that changes, or that was zeroed before and is too high now."""
+        felt, until = [], time.monotonic() + _WATCHED
+        while time.monotonic() < until:
+            newest = self._newest()
+            felt.append(np.zeros(3) if newest is None else newest.filtered[:3])
+            time.sleep(_WATCHED / 10.0)
+        change = float(np.ptp(felt, axis=0).max())
+        if not change <= limits.zero_residual:
+            raise NotReadyError(
+                f"the force changes by {change:.2f} N: something touches the head; free it first"
+            )
+        force = float(np.linalg.norm(felt[-1]))
+        if self._known and force > limits.transit:
+            self._in_question = True
+            raise NotReadyError(
+                f"{force:.1f} N are felt where nothing should be: free the head; if nothing touches it, the "
+                "sensor has drifted: call arm/resume to say so, then go on"
+            )

@@ -1,0 +1,1 @@
+"""What stops the arm: the force guard and the watchdogs."""

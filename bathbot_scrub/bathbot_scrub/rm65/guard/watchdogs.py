@@ -1,0 +1,232 @@
+"""The watchdogs: what each looks at, its deadline, what the arm does about it. Pure; time is an argument.
+
+The table in `docs/safety.md` is compared with `WATCHDOGS` by a test. All deadlines are parameters of the
+driver. Stamps are monotonic: jumps of the clock of ROS or of the day do not reach this file.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bathbot_scrub.rm65.controller.error_codes import in_words
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard.signal_health import Activity, Signs
+from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction, State
+from bathbot_scrub.rm65.settings import DriverSettings
+
+RATED_FORCE, RATED_TORQUE = 200.0, 7.0  # [N], [Nm] of the sensor; the lower of two documents
+_SATURATED = 0.98  # share of it
+_REPEATED = 3  # readings of the force in a row that came before: what comes with them may be old, too
+_CYCLE = 0.005  # [s] of the push
+_FORCE_SENSOR = (0x2003, 0x2004)  # errors of the controller that leave the joints as they are
+
+
+class Watchdog(NamedTuple):
+    """One row of the table."""
+
+    name: str  # key in the diagnostics
+    watches: str
+    deadline: str  # parameter of the driver, or "at once"
+    reaction: Reaction
+    judge: Callable[[Signs, DriverSettings], str]  # what is wrong; empty when nothing is
+    force: bool = True  # whether the force can be trusted all the same
+    joints: bool = True  # whether the joints can, and the stream of commands
+
+
+def _silence(signs: Signs, settings: DriverSettings) -> str:
+    silent = not signs.age <= settings.brake_after and not signs.refused
+    return f"no state from the controller for {signs.age:.2f} s" if silent else ""
+
+
+def _unreadable(signs: Signs, settings: DriverSettings) -> str:
+    bad = not signs.age <= settings.brake_after and signs.refused
+    return f"{signs.refused} datagrams of the controller in a row cannot be read" if bad else ""
+
+
+def _late(signs: Signs, settings: DriverSettings) -> str:
+    late = signs.late * _CYCLE > settings.brake_after
+    return f"{signs.late} samples arrived at once: they were late" if late else ""
+
+
+def _no_force(signs: Signs, settings: DriverSettings) -> str:
+    return "" if signs.finite else "force reading is not a number"
+
+
+def _frozen(signs: Signs, settings: DriverSettings) -> str:
+    frozen = signs.repeats >= settings.frozen_samples
+    return (
+        f"the last {signs.repeats} readings of the force had come before: it is frozen or old"
+        if frozen
+        else ""
+    )
+
+
+def _saturated(signs: Signs, settings: DriverSettings) -> str:
+    force, torque = np.abs(signs.wrench[:3]).max(), np.abs(signs.wrench[3:]).max()
+    if not (force >= _SATURATED * RATED_FORCE or torque >= _SATURATED * RATED_TORQUE):
+        return ""
+    return f"force reading is at the end of its range ({force:.0f} N, {torque:.1f} Nm)"
+
+
+def _force_error(signs: Signs, settings: DriverSettings) -> str:
+    return in_words((code for code in signs.errors if code in _FORCE_SENSOR), ())
+
+
+def _controller_error(signs: Signs, settings: DriverSettings) -> str:
+    return in_words((code for code in signs.errors if code not in _FORCE_SENSOR), ())
+
+
+def _joint_error(signs: Signs, settings: DriverSettings) -> str:
+    return in_words((), signs.joint_errors)
+
+
+def _live(signs: Signs, settings: DriverSettings) -> bool:
+    """Whether the joints are measured now: the force that comes with them would repeat itself else."""
+    return signs.age <= settings.brake_after and signs.repeats < _REPEATED
+
+
+def _following(signs: Signs, settings: DriverSettings) -> str:
+    late = signs.lag.lasts > settings.following_after * settings.rate
+    if not late or not _live(signs, settings):
+        return ""
+    return f"joint {signs.lag.joint} is {signs.lag.beyond:.3f} rad from where it was told to be"
+
+
+def _not_following(signs: Signs, settings: DriverSettings) -> str:
+    lag = signs.lag
+    if lag.told <= settings.still_tolerance or not _live(signs, settings):
+        return ""
+    return f"joint {lag.still} stands: it was told to go {lag.told:.4f} rad and went {lag.went:.4f} rad"
+
+
+def _tcp_lost(signs: Signs, settings: DriverSettings) -> str:
+    return "" if signs.tcp.connected else "connection to the controller lost"
+
+
+def _tcp_deaf(signs: Signs, settings: DriverSettings) -> str:
+    deaf = signs.tcp.connected and signs.tcp.unanswered > settings.deaf_after
+    return f"the controller has not answered for {signs.tcp.unanswered:.2f} s" if deaf else ""
+
+
+def _no_power(signs: Signs, settings: DriverSettings) -> str:
+    return "" if signs.tcp.powered or not signs.tcp.connected else "the arm has no power"
+
+
+def _starvation(signs: Signs, settings: DriverSettings) -> str:
+    return "the arm waits for segments" if signs.activity.starved else ""
+
+
+def _planner_silence(signs: Signs, settings: DriverSettings) -> str:
+    silent = signs.activity.path_open and signs.activity.idle > settings.leave_after
+    return f"no segment for {signs.activity.idle:.0f} s on the skin: the planner is silent" if silent else ""
+
+
+def _idle_contact(signs: Signs, settings: DriverSettings) -> str:
+    idle = not signs.activity.path_open and signs.activity.idle > settings.leave_after
+    return f"on the skin for {signs.activity.idle:.0f} s without anything to do" if idle else ""
+
+
+_WAIT, _LEAVE, _FAULT, _TELL = Reaction.WAIT, Reaction.LEAVE, Reaction.FAULT, Reaction.TELL
+WATCHDOGS = (
+    Watchdog("silence", "age of the newest sample", "brake_after", _WAIT, _silence, False, False),
+    Watchdog("unreadable", "datagrams that are no state", "brake_after", _WAIT, _unreadable, False, False),
+    Watchdog("late_samples", "samples that arrive at once", "brake_after", _WAIT, _late),
+    Watchdog("no_force", "force that is not a number", "at once", _WAIT, _no_force, False),
+    Watchdog("frozen_force", "readings that came before", "frozen_samples", _FAULT, _frozen, False),
+    Watchdog("saturated_force", "two readings at the rated load", "at once", _FAULT, _saturated),
+    Watchdog("force_sensor_error", "error codes of the sensor", "at once", _FAULT, _force_error, False),
+    Watchdog("controller_error", "all other error codes", "at once", _FAULT, _controller_error, True, False),
+    Watchdog("joint_error", "error bits of the joints", "at once", _FAULT, _joint_error, True, False),
+    Watchdog(
+        "following_error", "joints off their commands", "following_after", _FAULT, _following, True, False
+    ),
+    Watchdog(
+        "not_following",
+        "joints that stand when told to go",
+        "still_tolerance",
+        _FAULT,
+        _not_following,
+        True,
+        False,
+    ),
+    Watchdog("tcp_lost", "the TCP connection", "at once", _FAULT, _tcp_lost, True, False),
+    Watchdog("tcp_deaf", "a question without answer", "deaf_after", _WAIT, _tcp_deaf, True, False),
+    Watchdog("no_power", "the arm's power", "at once", _FAULT, _no_power, True, False),
+    Watchdog("planner_silence", "a path without new segments", "leave_after", _LEAVE, _planner_silence),
+    Watchdog("idle_contact", "skin touched, nothing to do", "leave_after", _LEAVE, _idle_contact),
+    Watchdog("queue_starvation", "the queue of segments", "at once", _TELL, _starvation),
+)
+UNHEARD = frozenset({"silence", "unreadable", "tcp_deaf"})  # commands may wait on their way for later
+UNSTEADY = "unsteady"  # the name of waiting on, after an alarm that has passed
+
+
+class Watchdogs:
+    """Judges the signs, and remembers for how long something has been wrong."""
+
+    def __init__(self, settings: DriverSettings) -> None:
+        """Take the deadlines from `settings`."""
+        self._settings = settings
+        self._since: dict[str, float] = {}  # [s] when each alarm that makes the arm wait began
+        self._waiting_since: float | None = None
+        self._last_wait = -np.inf
+
+    def judge(self, signs: Signs, now: float) -> tuple[Alarm, ...]:
+        """All alarms at `now` [s]; what makes the arm wait becomes a fault when it lasts."""
+        alarms = []
+        for dog in WATCHDOGS:
+            message = dog.judge(signs, self._settings)
+            if not message:
+                self._since.pop(dog.name, None)
+                continue
+            alarm = Alarm(dog.name, dog.reaction, message, dog.force, dog.joints)
+            alarms.append(self._lasting(alarm, now) if dog.reaction is Reaction.WAIT else alarm)
+        return tuple(alarms + self._unsteady(alarms, now))
+
+    def _lasting(self, alarm: Alarm, now: float) -> Alarm:
+        begun = self._since.setdefault(alarm.name, now)
+        self._last_wait = now
+        self._waiting_since = now if self._waiting_since is None else self._waiting_since
+        lasts = now - begun > self._settings.stale_after - self._settings.brake_after
+        return alarm._replace(reaction=Reaction.FAULT) if lasts else alarm
+
+    def _unsteady(self, alarms: list[Alarm], now: float) -> list[Alarm]:
+        """Wait on for a while behind every alarm, but not for ever."""
+        if self._waiting_since is None:
+            return []
+        if now - self._last_wait >= self._settings.steady_for:
+            self._waiting_since = None
+            return []
+        if now - self._waiting_since > self._settings.wait_at_most:
+            return [Alarm(UNSTEADY, Reaction.FAULT, "the controller's data come and go", True, True)]
+        if self._last_wait == now:
+            return []
+        return [Alarm(UNSTEADY, Reaction.WAIT, "waits for the controller's data to be steady")]
+
+
+def gravest(alarms: Sequence[Alarm]) -> Alarm:
+    """The gravest alarm, with the trust that all of them leave; QUIET when there is none."""
+    if not alarms:
+        return QUIET
+    worst = max(alarms, key=lambda alarm: alarm.reaction)
+    return worst._replace(
+        force=all(alarm.force for alarm in alarms), joints=all(alarm.joints for alarm in alarms)
+    )
+
+
+class AtWork:
+    """Times the arm's standing still on the skin."""
+
+    def __init__(self) -> None:
+        """Begin off the skin."""
+        self._idle_since: float | None = None
+
+    def judge(self, guard: ForceGuard, path_open: bool, now: float) -> Activity:
+        """What the arm does at `now` [s]; `path_open`: a path was begun, and more of it must come."""
+        idle = guard.touching and not guard.moving and guard.state in (State.CONTACT, State.HOLD)
+        if not idle:
+            self._idle_since = None
+            return Activity(False, 0.0, path_open)
+        self._idle_since = now if self._idle_since is None else self._idle_since
+        starved = path_open and guard.state is State.CONTACT and not guard.waiting
+        return Activity(starved, now - self._idle_since, path_open)

@@ -1,0 +1,224 @@
+"""The motion that is being streamed: a path with its pace, and what is left of the one before it."""
+
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.paths.joint_path import JointPath
+from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
+from bathbot_scrub.rm65.paths.retract_path import WayOut
+
+
+class Kind(Enum):
+    """What a motion is for."""
+
+    TRANSIT = "to the stand-off"
+    SEEK = "towards the skin"
+    SCRUB = "along the path"
+    LEAVE = "away from the skin"
+    HOME = "home"
+    SENT = "where a program sent it"
+    STREAM = "after a stream of joints"
+
+
+ARRIVALS = {  # motions whose end ends a state, and what is said then
+    Kind.SEEK: "at the end of the search",
+    Kind.LEAVE: "retracted",
+    Kind.HOME: "at home",
+    Kind.SENT: "where it was sent",
+}
+
+MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
+
+
+Array = NDArray[np.float64]
+_ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
+_SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
+
+
+def whereabouts(command: Array | None, measured: Array, rest: float) -> Array:
+    """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere.
+
+    Args:
+        command: Joints last commanded [rad], shape (6,); None: nothing is.
+        measured: Joints of the newest sample; NaN before the first.
+        rest: Time [s] since what is commanded came to rest; 0 while it moves.
+
+    Raises:
+        NotReadyError: Neither is known.
+    """
+    if command is not None and (rest < _SETTLING or np.abs(measured - command).max() <= _ASTRAY):
+        return command
+    if not np.isfinite(measured).all():
+        raise NotReadyError("no state from the controller yet; check host, port and udp_port")
+    return measured
+
+
+_WAY_BACK = 0.8  # [rad] back on a joint move that met something
+_BACK_JOINTS = Pace(1.0, 4.0, 800.0)
+_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
+# braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
+# than that overshoots and comes back
+_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)
+_STOP_WITHIN = 0.02  # [m] in which a tool path is left, or at least most of its speed
+_JOINT_MOVES = (Kind.TRANSIT, Kind.HOME, Kind.SENT, Kind.STREAM)  # through free air, lengths in [rad]
+_STATE_OF = {  # in which a motion of a kind may go on after a stop
+    Kind.TRANSIT: State.APPROACH,
+    Kind.SEEK: State.APPROACH,
+    Kind.HOME: State.APPROACH,
+    Kind.SENT: State.APPROACH,
+    Kind.STREAM: State.APPROACH,
+    Kind.SCRUB: State.CONTACT,
+    Kind.LEAVE: State.RETRACTING,
+}
+
+
+class CommandedMotion:
+    """Gives the joints to command, period by period. Not thread-safe."""
+
+    def __init__(self, way_out: WayOut, period: float) -> None:
+        """Nothing is commanded yet.
+
+        Args:
+            way_out: Gives the way off the skin.
+            period: Of the commands [s].
+        """
+        self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
+        self.runner: PathRunner | None = None
+        self.kind = Kind.TRANSIT
+        self._way_out, self._period = way_out, period
+        self._pace = _STOP_LINE
+        self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing that is commanded moves."""
+        return (self.runner is None or self.runner.at_rest) and (
+            self._trail is None or self._trail[0].at_rest
+        )
+
+    def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+        """Start from rest.
+
+        Raises:
+            NotReadyError: When the path begins elsewhere.
+        """
+        start = path.joints[0]
+        if self.command is not None and np.abs(start - self.command).max() > 0.02:
+            raise NotReadyError("the motion was planned from elsewhere; ask again")
+        self.runner, self.kind, self._trail = PathRunner(path, pace, self._period), kind, None
+        self._pace = pace
+        self.command = start if self.command is None else self.command
+
+    def extend(self, path: JointPath) -> None:
+        """Run on along a longer scrub path.
+
+        Raises:
+            NotReadyError: When no path is being followed.
+        """
+        if self.runner is None or self.kind is not Kind.SCRUB:
+            raise NotReadyError("the arm follows no path any more")
+        self.runner.replace(path)
+
+    def retarget(self, path: JointPath, cut: float) -> None:
+        """Run on after a stream; lengths on its path are now less by `cut` [rad].
+
+        Raises:
+            NotReadyError: When no stream is being followed.
+        """
+        if self.runner is None or self.kind is not Kind.STREAM:
+            raise NotReadyError("the arm follows no stream any more")
+        self.runner.rebase(path, cut)
+
+    def brake(self) -> None:
+        """Come to rest on the path, as fast as the head may and every joint can."""
+        if self.runner is None:
+            return
+        if self.kind in _JOINT_MOVES:
+            self.runner.brake(_STOP_JOINTS)
+            return
+        steepest = self.runner.path.steepest(self.runner.length, _STOP_WITHIN)
+        share = min(_STOP_JOINTS.acceleration / (_STOP_LINE.acceleration * max(steepest, 1e-9)), 1.0)
+        self.runner.brake(Pace(0.0, share * _STOP_LINE.acceleration, share * _STOP_LINE.jerk))
+
+    def begin_anew(self) -> None:
+        """Nothing was commanded for so long that the arm stands: what follows begins from rest."""
+        self._trail = None
+        if self.runner is not None:
+            self.runner.begin_anew()
+
+    def go_on(self, state: State) -> bool:
+        """Go on after a brake, if the motion suits the state of the arm; tell whether it does."""
+        if self.runner is None or _STATE_OF[self.kind] is not state:
+            return False
+        self.runner.go_on(self._pace)
+        return True
+
+    def slow(self, share: float) -> None:
+        """Let a scrub motion use a share of its speed, 0..1."""
+        if self.runner is not None and self.kind is Kind.SCRUB:
+            self.runner.share = share
+
+    def leave(self, start: Array) -> None:
+        """Leave along the outward normal at once while other motion brakes; in free air, the way it came.
+
+        Args:
+            start: Joints [rad], shape (6,), last commanded or measured.
+
+        Raises:
+            UnreachableError: When there is no way straight back.
+        """
+        self._trail = None
+        self.command = start
+        if self.runner is not None and not self.runner.at_rest:
+            self.brake()
+            self._trail = (self.runner, self.runner.path.at(self.runner.length))
+        if self._trail is not None and self.kind in _JOINT_MOVES:
+            path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
+        else:
+            path, pace = self._way_out.path(start), self._way_out.pace
+        self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), Kind.LEAVE, pace
+
+    def leave_follower(self, start: Array) -> None:
+        """Leave someone who has come after the arm: what lies behind it now is no way it came.
+
+        Raises:
+            UnreachableError: As `leave`; a CollisionError when something known is in the way.
+        """
+        self.leave(start)
+        self._way_out.demand_free(self.runner.path)
+
+    def stand_at(self, joints: Array) -> None:
+        """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""
+        self.stand()
+        self.command = joints
+
+    def stand(self) -> None:
+        """Give the motion up; what was commanded last stays commanded."""
+        self.runner, self._trail = None, None
+
+    def forget(self) -> None:
+        """Command nothing any more."""
+        self.stand()
+        self.command = None
+
+    def step(self) -> Array:
+        """Joints [rad], shape (6,), to command one period later; something must be commanded.
+
+        Raises:
+            ArmError: When they would pass a limit.
+        """
+        if self.runner is None:
+            return self.command
+        joints = self.runner.step()
+        if self._trail is not None:
+            trail, origin = self._trail
+            joints = joints + trail.step() - origin
+        RM65_LIMITS.check(joints)
+        RM65_LIMITS.check_step(self.command, joints, self._period)
+        self.command = joints
+        return joints

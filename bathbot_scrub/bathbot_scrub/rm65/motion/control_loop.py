@@ -1,0 +1,247 @@
+"""The control loop: guard, watchdogs, motion and joint stream in one thread, beside the sensor.
+
+Commands go out on a steady beat. Every sample is judged when it arrives, between the beats too: when the
+arm must leave, the next command goes out at once and the beat begins anew from there. What takes time is
+planned beforehand. Other threads start motions and read the state under one lock that nobody holds for long.
+"""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, UnreachableError
+from bathbot_scrub.rm65.force.wrench_filter import resultant
+from bathbot_scrub.rm65.guard.force_checks import comfort
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.guard.states import Action, Alarm, State
+from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, AtWork, Watchdogs, gravest
+from bathbot_scrub.rm65.motion.commanded_motion import (
+    ARRIVALS,
+    MORE_MAY_COME,
+    CommandedMotion,
+    Kind,
+    whereabouts,
+)
+from bathbot_scrub.rm65.motion.controller_link import Link, Sensed
+from bathbot_scrub.rm65.paths.joint_path import JointPath
+from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
+from bathbot_scrub.rm65.paths.retract_path import Retract, WayOut
+from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.timing.beat import Beat, Pulse, SteadyThread
+from bathbot_scrub.rm65.timing.stream_statistics import CommandLog
+
+Array = NDArray[np.float64]
+_TRY = "check the controller, its cable and parameters host, port, udp_port"
+_REST = 0.5  # [s] the stream goes on after the last motion
+_SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
+_FRESH = 0.02  # [s] age of a sample that tells where the arm is now
+_STOOD = 0.1  # [s] without a command after which the controller ends the stream
+
+
+class ControlLoop:
+    """Owns guard and motion; a thread of its own."""
+
+    def __init__(
+        self,
+        link: Link,
+        planner: Planner,
+        guard: ForceGuard,
+        settings: DriverSettings,
+        warn: Callable[[str], None],
+    ) -> None:
+        """Prepare; `thread.start` begins.
+
+        Args:
+            link: Gives what is measured and takes the joint stream.
+            planner: Plans the way off the skin.
+            guard: Only used under `lock`.
+            settings: Period, deadlines, and how to leave.
+            warn: Takes one line for the log.
+        """
+        self._period, self._stale_after = 1.0 / settings.rate, settings.stale_after
+        self.guard, self.log = guard, CommandLog(self._period)
+        self.lock = threading.Condition(threading.RLock())
+        self.alarms: tuple[Alarm, ...] = ()
+        self.path_open = False  # a path was begun and its last segment has not come
+        self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
+        self._way_out = WayOut(planner, Retract(settings.retract_distance, settings.retract_speed))
+        self.motion = CommandedMotion(self._way_out, self._period)
+        self._at_work, self._rest, self._pulse = AtWork(), 0.0, Pulse()
+        self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
+
+    def resume(self) -> None:
+        """Let a motion go on that stands; the caller holds the lock."""
+        self.guard.moving = self.motion.go_on(self.guard.state) or self.guard.moving
+
+    def extend(self, path: JointPath) -> None:
+        """Let a scrub motion run on along a longer path; the caller holds the lock."""
+        self.motion.extend(path)
+        self.guard.moving = self.guard.moving or self.guard.state is State.CONTACT
+
+    def standing(self) -> Array:
+        """Joints [rad], shape (6,), from which a motion begins; NotReadyError while they are in doubt."""
+        with self.lock:
+            alarm = self.alarm()
+            if alarm.doubtful:  # an alarm that has passed lets it begin, and wait for steady data by itself
+                raise NotReadyError(f"{alarm.message}; {_TRY}")
+            return self.where()
+
+    def where(self) -> Array:
+        """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
+        still = self._rest if self.motion.runner is None else math.inf
+        rest = 0.0 if self.guard.moving else still
+        return whereabouts(self.motion.command, self._link.sense().joints, rest)
+
+    def alarm(self) -> Alarm:
+        """The gravest of what the watchdogs say now; the caller holds the lock."""
+        now = time.monotonic()
+        activity = self._at_work.judge(self.guard, self.path_open, now)
+        self.alarms = self._watchdogs.judge(self._link.signs(now, activity), now)
+        return gravest(self.alarms)
+
+    def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+        """Start a motion from rest; the caller holds the lock and has set the guard's state.
+
+        Raises:
+            NotReadyError: The arm moves, or stands elsewhere; it is on no way then.
+        """
+        try:
+            if self.guard.moving:
+                raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
+            self.motion.begin(path, pace, kind)
+        except NotReadyError as error:
+            if self.guard.state is State.APPROACH:
+                self.guard.stop(str(error))
+            raise
+        if self.guard.waiting:  # it begins when the wait is over
+            self.motion.brake()
+        self.guard.moving = True
+
+    def leave(self) -> None:
+        """Leave along the outward normal at once; lock, state and errors as for `begin`."""
+        self.motion.leave(self.where())
+        self.guard.moving = True
+
+    def forget(self) -> None:
+        """Command nothing any more; the caller holds the lock."""
+        self.motion.forget()
+        self._link.vitals.command(None, time.monotonic())
+        self.guard.rest()
+        self.log.pause()
+        self.lock.notify_all()
+
+    def connection_lost(self) -> None:
+        """The controller is gone."""
+        with self.lock:
+            if self.guard.engaged:
+                self.guard.fault("connection to the controller lost")
+            self.forget()
+
+    def _beat(self, beat: Beat) -> None:
+        """Judge, and send a command when one is due."""
+        with self.lock:
+            self._note_pause()
+            before = self.guard.state, self.guard.waiting, self.alarms
+            self._judge(beat)
+            joints = self._advance() if beat.passed() else None
+            if (self.guard.state, self.guard.waiting, self.alarms) != before:
+                self.lock.notify_all()
+        if joints is not None:
+            self._send(joints)
+
+    def _failed(self, error: Exception) -> None:
+        """A bug, too, must end in an arm that stands still, and be seen."""
+        if isinstance(error, ArmConnectionError):
+            self.connection_lost()
+        else:
+            self._fail(str(error) if isinstance(error, ArmError) else f"{type(error).__name__}: {error}")
+
+    def _note_pause(self) -> None:
+        """Where this process was held up, the controller may have brought the arm to rest; or worse."""
+        stood = self._pulse.beat()
+        if stood > _STOOD:
+            self.motion.begin_anew()
+        if stood > self._stale_after and self.guard.engaged:
+            raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
+
+    def _send(self, joints: Array) -> None:
+        """Send a command; use the pause behind it to plan the way out."""
+        self._link.client.stream_joints(joints)
+        self.log.sent(time.monotonic())
+        if self.guard.touching and self.motion.kind is not Kind.LEAVE:
+            self._way_out.prepare(joints)
+
+    def _fail(self, reason: str) -> None:
+        with self.lock:
+            if self.guard.state is not State.FAULT:
+                self._warn(reason)
+                self.guard.fault(reason)
+            self.motion.stand()
+            self.guard.rest()
+            self.lock.notify_all()
+
+    def _judge(self, beat: Beat) -> None:
+        sensed, alarm = self._link.sense(), self.alarm()
+        followed = self.motion.kind is Kind.LEAVE or not self.guard.engaged
+        action = self.guard.check(sensed.reading, alarm)
+        if action is Action.RETRACT:
+            self.log.answer(self.guard.over_since)
+            self._answer(followed)
+            beat.bring_forward(self.log.last + _SHORTEST_FRAME)
+        elif action is Action.STOP and alarm.astray:
+            self._let_stand(sensed)
+        elif action is Action.STOP:
+            self.motion.brake()
+        elif action is Action.RESUME:
+            self.resume()
+        elif self.guard.state is State.CONTACT:
+            self.motion.slow(comfort(resultant(sensed.reading.wrench), self.guard.region).speed)
+
+    def _let_stand(self, sensed: Sensed) -> None:
+        """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""
+        if UNHEARD.isdisjoint(one.name for one in self.alarms) and sensed.reading.age <= _FRESH:
+            self.motion.stand_at(sensed.joints)
+            self.guard.rest()
+            return
+        self.forget()
+        self._link.client.post({"command": "set_arm_stop"})  # behind all commands that still wait
+
+    def _answer(self, followed: bool) -> None:
+        """Leave who presses on the head; in vain only once for each time."""
+        try:
+            (self.motion.leave_follower if followed else self.motion.leave)(self.where())
+            self.guard.moving = True
+        except UnreachableError:
+            self.guard.cornered = True
+            raise
+
+    def _advance(self) -> Array | None:
+        motion = self.motion
+        if motion.command is None:
+            return None
+        self._rest = self._rest + self._period if motion.runner is None else 0.0
+        if self._rest > _REST and not (self.guard.touching or self.guard.waiting):
+            self.forget()
+            return None
+        joints = motion.step()
+        self._link.vitals.command(joints, time.monotonic())
+        if motion.runner is not None and motion.at_rest:
+            self._at_rest(motion.runner)
+        return joints
+
+    def _at_rest(self, runner: PathRunner) -> None:
+        """A motion has come to rest: at its end, or because it was told to brake."""
+        if not self.guard.moving:
+            return
+        self.guard.rest()
+        if runner.at_end and self.motion.kind in ARRIVALS:
+            self.guard.arrived(ARRIVALS[self.motion.kind])
+        more = MORE_MAY_COME.get(self.motion.kind) is self.guard.state
+        if not (more or self.guard.paused or self.guard.waiting):
+            self.motion.stand()
+        self.lock.notify_all()

@@ -1,0 +1,220 @@
+"""The driver's link to one controller: connects, orders the state push, keeps the newest sample.
+
+Runs in the background for as long as the driver lives; a wrong address or a lost cable is reported
+once per reason and tried again.
+"""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.controller.client import ArmClient, Connection
+from bathbot_scrub.rm65.controller.state_push import ArmSample, StateReceiver
+from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, RefusedError
+from bathbot_scrub.rm65.force.tool_weight import ToolWeight
+from bathbot_scrub.rm65.force.wrench_filter import HeadWrench, WrenchFilter
+from bathbot_scrub.rm65.force.zeroing import Zeroing
+from bathbot_scrub.rm65.guard.force_checks import Reading
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signs, VitalSigns
+from bathbot_scrub.rm65.settings import DriverSettings
+
+Array = NDArray[np.float64]
+_RETRY = 1.0  # [s] between attempts to order the push
+_SILENCE = 2.0  # [s] without push after which it is ordered again
+_ASK = 0.03  # [s] between questions that show that the controller still listens
+_NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
+
+
+class Sensed(NamedTuple):
+    """What was measured last."""
+
+    reading: Reading
+    joints: Array  # [rad], shape (6,); NaN before the first sample
+
+
+class Link:
+    """TCP client and UDP receiver of one controller, set up as the driver needs them."""
+
+    def __init__(self, settings: DriverSettings, warn: Callable[[str], None]) -> None:
+        """Listen to the push; `start` begins to connect.
+
+        Args:
+            settings: Addresses, variant, filter and tool.
+            warn: Takes one line for the log, at every new reason.
+
+        Raises:
+            ArmConnectionError: When our UDP port is taken.
+        """
+        self._variant, self._warn = settings.variant, warn
+        self._lost: Callable[[], None] = lambda: None
+        self._news: Callable[[], None] = lambda: None
+        self._filter = WrenchFilter(settings.force_cutoff)
+        self._filter_lock = threading.Lock()
+        self._tool = ToolWeight(settings.tool_mass, np.array(settings.tool_centre))
+        self._pull_at_zero = np.zeros(6)  # of the tool [N, Nm], in the posture of the last zeroing
+        self.vitals = VitalSigns(settings.following_tolerance, 1.0 / settings.rate)
+        self.wrench: HeadWrench | None = None
+        self.sample: ArmSample | None = None
+        self.trouble = "not yet connected"
+        self._told: set[str] = set()  # since it last worked
+        self._ready, self._powered = False, True
+        self._set_up_at = 0.0  # [s]
+        self._told_bad = False
+        self._asked: float | None = None  # [s] when a question went out that has no answer yet
+        self._wake = threading.Event()
+        self._open = True
+        self.receiver = StateReceiver(settings.udp_port, self._take, self.vitals.refuse)
+        self.client = ArmClient(settings.host, settings.port, self._connection)
+        clear = {"command": "clear_force_data"}
+        self.zeroing = Zeroing(
+            lambda: self.client.demand(clear, "clear_state"), lambda: self.wrench, self._begin_anew
+        )
+        self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
+
+    def start(self, lost: Callable[[], None], news: Callable[[], None]) -> None:
+        """Begin to connect; `lost` is called when the connection is lost, `news` at every sample."""
+        self._lost, self._news = lost, news
+        self.client.start()
+        self._thread.start()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the controller is set up and its TCP connection stands."""
+        return self._ready and self.client.connection.connected
+
+    def sense(self) -> Sensed:
+        """What was measured last; NaN and an infinite age before the first sample."""
+        wrench, sample = self.wrench, self.sample
+        if wrench is None or sample is None:
+            return Sensed(_NOTHING, np.full(6, np.nan))
+        age = time.monotonic() - wrench.stamp
+        reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.rise, age)
+        return Sensed(reading, sample.joints)
+
+    def signs(self, now: float, activity: Activity) -> Signs:
+        """What the watchdogs judge, at `now` [s] of time.monotonic()."""
+        asked = self._asked
+        waited = max(now - asked, 0.0) if asked is not None else 0.0
+        reason = self.trouble or self.client.connection.reason
+        return self.vitals.signs(now, Connected(self.connected, reason, waited, self._powered), activity)
+
+    def clear_errors(self) -> None:
+        """Ask the controller to forget the errors it keeps.
+
+        Raises:
+            ArmError: When it refuses or does not answer.
+        """
+        self.client.demand({"command": "clear_system_err"}, "clear_state")
+        bits = () if self.sample is None else self.sample.joint_errors
+        for joint in (number + 1 for number, code in enumerate(bits) if code):
+            self.client.demand(
+                {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
+            )
+
+    def _begin_anew(self) -> None:
+        """The sensor reads zero now, with the tool in this posture."""
+        sample = self.sample
+        with self._filter_lock:
+            self._filter.reset()
+            self._pull_at_zero = np.zeros(6) if sample is None else self._pull(sample)
+
+    def close(self) -> None:
+        """End everything."""
+        self._open = False
+        self._wake.set()
+        self.client.close()
+        self._thread.join(3.0)
+        self.receiver.close()
+
+    def _take(self, sample: ArmSample) -> None:
+        with self._filter_lock:
+            external = sample.wrench - (self._pull(sample) - self._pull_at_zero)
+            self.wrench = self._filter.update(sample.stamp, external)
+        self.sample = sample
+        self.vitals.sample(sample)
+        self._news()
+
+    def _pull(self, sample: ArmSample) -> Array:
+        return self._tool.pull(sample.T_base_flange[:3, :3])
+
+    def _connection(self, connection: Connection) -> None:
+        if not connection.connected:
+            self._ready, self._asked = False, None
+            self._complain(connection.reason)
+            self._lost()
+        self._wake.set()
+
+    def _complain(self, trouble: str) -> None:
+        if trouble not in self._told:
+            self._warn(trouble)
+            self._told.add(trouble)
+        self.trouble = trouble
+
+    def _keep(self) -> None:
+        """Set the controller up at every connection, and again when its push stays away."""
+        while self._open:
+            self._wake.wait(_ASK if self.connected else _RETRY)
+            self._wake.clear()
+            if not (self._open and self.client.connection.connected):
+                continue
+            silent = self._ready and min(self.receiver.age(), time.monotonic() - self._set_up_at) > _SILENCE
+            if silent:
+                self._complain(
+                    f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
+                )
+            try:
+                if silent or not self._ready:
+                    self._set_up()
+                else:
+                    self._ask()
+            except ArmConnectionError as error:
+                self._complain(str(error))
+                self.client.reconnect()
+            except ArmError as error:
+                self._complain(str(error))
+
+    def _ask(self) -> None:
+        """Ask something cheap, to know that the controller still listens."""
+        self._asked = time.monotonic()
+        answer = self.client.request({"command": "get_arm_power_state"})
+        self._asked, self._powered = None, answer.get("power_state", 1) in (1, True)
+        bad = self.client.last_error or self.receiver.last_error
+        if bad and not self._told_bad:
+            self._told_bad = True  # the rest is only counted
+            self._warn(f"what the controller sent was refused: {bad}")
+        if self.trouble and self.receiver.age() < _SILENCE:
+            self.trouble = ""
+            self._told.clear()
+
+    def _set_up(self) -> None:
+        self.receiver.source = self.client.controller_address()
+        info = self.client.request({"command": "get_arm_software_info"})
+        product = str(info.get("Product_version", ""))
+        if _variant_of(product) != self._variant:
+            raise RefusedError(
+                f"the controller says it is {product[:20]!r}, but parameter variant is "
+                f"{self._variant}; set variant to {_variant_of(product) or 'B, 6F or 6FB'}"
+            )
+        self.client.demand(
+            {
+                "command": "set_realtime_push",
+                "cycle": 1,
+                "enable": True,
+                "port": self.receiver.port,
+                "force_coordinate": 0,
+                "ip": self.client.local_address(),
+            },
+            "state",
+        )
+        self._ready, self._set_up_at = True, time.monotonic()
+
+
+def _variant_of(product: str) -> str:
+    """Variant in a product name such as RM65-6FI (I: third generation) or RM65-B-V; empty when unknown."""
+    name = product.upper().removeprefix("RM65-").removeprefix("RM_65-").removesuffix("-V").removesuffix("I")
+    return name if name in ("B", "6F", "6FB") else ""

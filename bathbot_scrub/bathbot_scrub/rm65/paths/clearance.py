@@ -1,0 +1,112 @@
+"""How near the links come to what the camera sees, outside the patch that is washed."""
+
+from typing import NamedTuple
+
+import numpy as np
+from bathbot_localize.arm.arm_shape import ArmCapsule
+from numpy.typing import NDArray
+
+from bathbot_scrub.rm65.arm.capsules import arm_capsules
+from bathbot_scrub.rm65.arm.kinematics import HEAD_NAME, LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.paths.clearance_kernel import beside, fill_clearances, within
+
+Array = NDArray[np.float64]
+_STRIDE = 0.005  # [m] that no end of a capsule moves farther between two samples, within one given step
+
+
+class SweptArm(NamedTuple):
+    """Where the capsules are at the samples, and how far they stray between these."""
+
+    joints: Array  # (N, 6) [rad] of the samples
+    ends: Array  # (N, C, 2, 3) of the capsules' axes, base frame [m]
+    stray: Array  # (N,) [m] that any part of the arm is off the nearest sample, half-way to the next
+
+
+def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> SweptArm:
+    """Thin out a dense joint path.
+
+    A point of a capsule lies between the ends of its axis, so it moves no farther than they do.
+
+    Args:
+        kinematics: The arm.
+        capsules: In the frames of the links.
+        joints: Closely spaced, shape (M, 6) [rad]; first and last are kept.
+    """
+    ends = capsule_ends(kinematics, capsules, joints)
+    steps = np.linalg.norm(np.diff(ends, axis=0), axis=-1).max(axis=(1, 2))
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    kept = np.unique(
+        np.concatenate([[0], np.flatnonzero(np.diff(np.floor(way / _STRIDE))) + 1, [len(way) - 1]])
+    )
+    gaps = np.diff(way[kept])
+    stray = 0.5 * np.maximum(np.append(gaps, 0.0), np.insert(gaps, 0, 0.0))
+    return SweptArm(joints[kept], ends[kept], stray)
+
+
+def capsule_ends(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:
+    """Ends of the capsules' axes, shape (N, C, 2, 3), base frame [m], for joints (N, 6) [rad]."""
+    frames = kinematics.link_frames(joints)
+    frames = np.concatenate([frames, frames[:, -1:] @ T_FLANGE_HEAD], axis=1)
+    places = [LINK_NAMES.index(c.link) if c.link in LINK_NAMES else len(LINK_NAMES) for c in capsules]
+    local = np.array([(c.start, c.end) for c in capsules])
+    frames = frames[:, places]
+    ends = np.einsum("ncij,cej->ncei", frames[..., :3, :3], local) + frames[:, :, None, :3, 3]
+    return np.ascontiguousarray(ends)
+
+
+Mask = NDArray[np.bool_]
+PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
+_STANDING = ("base_link", "Link1")  # turn about their own axis at most
+
+
+class Nearest(NamedTuple):
+    """At each of N samples: the distance of arm and body, and between what."""
+
+    clearances: Array  # (N,) [m] of surfaces, negative inside; not told apart beyond what was asked for
+    links: NDArray[np.int64]  # (N,) index of the capsule; -1: none so near
+    points: NDArray[np.int64]  # (N,) index of the point
+
+
+class BodyClearance:
+    """The links that move, of one arm."""
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        """Take the capsules of the arm; compiles, or loads, what it needs."""
+        self._kinematics = kinematics
+        self.capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
+        self._radii = np.array([capsule.radius for capsule in self.capsules])
+        self._touches = np.array([capsule.link == HEAD_NAME for capsule in self.capsules])
+        self.free(np.zeros((1, 6)), np.ones((1, 3)), 0.0)
+        self.beside(np.zeros((len(self.capsules), 2, 3)), np.ones((1, 3)), np.zeros((1, 3)), 0.0)
+
+    def swept(self, joints: Array) -> SweptArm:
+        """A closely spaced joint path, shape (N, 6) [rad], thinned out."""
+        return swept(self._kinematics, self.capsules, joints)
+
+    def free(self, joints: Array, points: Array, margin: float) -> Mask:
+        """Which postures, shape (N, 6) [rad], keep a margin [m] to points, (M, 3); heads may touch at any."""
+        ends = capsule_ends(self._kinematics, self.capsules, joints)
+        patch = self._kinematics.head(joints)[:, :3, 3]
+        return self.nearest(ends, points, patch, margin).clearances >= margin
+
+    def beside(self, ends: Array, points: Array, patch: Array, margin: float) -> Mask:
+        """Which points, shape (M, 3), are within a margin [m] of the arm at one sample, ends (C, 2, 3)."""
+        spared = within(points, patch, PATCH_RADIUS)
+        return beside(ends, self._radii, self._touches, points, spared, margin)
+
+    def nearest(self, ends: Array, points: Array, patch: Array, interest: float) -> Nearest:
+        """What of the arm is nearest to the body, at each sample.
+
+        Args:
+            ends: Of the capsules' axes, shape (N, C, 2, 3), base frame [m].
+            points: On the body, shape (M, 3) [m].
+            patch: Places, shape (K, 3) [m], about which the scrub head may touch the body.
+            interest: Distances beyond are not told apart [m].
+        """
+        reach = self._radii.max() + interest
+        low, high = ends.min(axis=(0, 1, 2)) - reach, ends.max(axis=(0, 1, 2)) + reach
+        some = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        found = (np.empty(len(ends)), *np.empty((2, len(ends)), int))
+        spared = within(points[some], patch, PATCH_RADIUS)
+        fill_clearances(ends, self._radii, self._touches, points[some], spared, interest, *found)
+        return Nearest(found[0], found[1], some[found[2]] if len(some) else found[2])

@@ -1,0 +1,156 @@
+"""Ways through free air between a posture next to the person and one that is not.
+
+What the camera does not see of a body is not known, so no link may pass the plane through the end nearest to
+the person, whatever `Surroundings` may say of the points that are known.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise, permutations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bathbot_scrub.rm65.arm.inverse_kinematics import wrap
+from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH, Kinematics, retreated
+from bathbot_scrub.rm65.arm.limits import JointLimits
+from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.rm65.paths.joint_path import JointPath
+from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
+
+Array = NDArray[np.float64]
+_STEP = 0.01  # [m] between samples over the skin
+_FARTHEST = 0.3  # [m] from the stand-off; from farther away the skin between is not known
+_SAME = 0.05  # [rad] within which two postures are one
+
+
+def way_back(
+    kinematics: Kinematics, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
+) -> list[Array]:
+    """Joints [rad] to pass after `start`, home the last.
+
+    Args:
+        kinematics: The arm.
+        start: Joints now, shape (6,).
+        came: From home to the stand-off.
+        home: Where to end, shape (6,).
+        limits: Of the joints.
+
+    Raises:
+        UnreachableError: The arm did not come from home, or its stand-off is far off or on another branch.
+    """
+    start, home = np.asarray(start, dtype=float), np.asarray(home, dtype=float)
+    if np.abs(came.joints[0] - home).max() > _SAME:
+        raise UnreachableError("the arm did not come from home")
+    now, standoff = kinematics.head(start), kinematics.head(came.joints[-1])
+    away = now[:3, 3] - standoff[:3, 3]
+    if np.linalg.norm(away) > _FARTHEST:
+        raise UnreachableError(f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m")
+    over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
+    _, dense = densify(np.stack([now, over, standoff]), _STEP)
+    across = solve_path(kinematics, dense, start, limits)
+    wound = across[-1] - came.joints[-1]
+    if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
+        raise UnreachableError("the arm stands on another branch than it came on")
+    left = came.lengths / max(came.end, 1e-9)
+    back = came.joints + left[:, None] * wound
+    way = [*across[1:], *back[-2::-1], home]
+    if not limits.contain(way).all():
+        raise UnreachableError("on the way back a joint would pass its limit")
+    return way
+
+
+_PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next to the person
+_DETOUR = 1.6  # longest way of the head over the straight distance
+_DETOUR_FREE = 0.15  # [m] that are no detour
+_BACKS = (0.0, 0.08, 0.16)  # [m] straight back from the person before the joints fold
+_GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wrist
+
+
+@dataclass(frozen=True, slots=True)
+class FreeWay:
+    """Finds ways for one arm."""
+
+    kinematics: Kinematics
+    home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
+    limits: JointLimits
+
+    def ways(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
+        """Joints to pass from `near` the person to `far`, the last left out: one list for each clear way.
+
+        The most direct comes first; others go straight back from the person before the joints fold.
+
+        Raises:
+            UnreachableError: When there is no way at all, with what is in the way of the most direct.
+        """
+        first, found = None, False
+        T = self.kinematics.head(near)
+        for back in _BACKS:
+            try:
+                line = [near]
+                if back:
+                    poses = densify([T, retreated(T, back)], 0.01)[1]
+                    line = list(solve_path(self.kinematics, poses, near, self.limits))
+                for folding in self._foldings(line[-1], far, side):
+                    found = True
+                    yield line + folding
+            except UnreachableError as error:
+                first = first or error
+        if not found:
+            raise first or UnreachableError("no way")
+
+    def _foldings(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
+        """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
+
+        Where the wrist cannot stay as it is while the arm folds, base, arm and wrist move one after
+        the other, in every order that is clear.
+
+        Raises:
+            UnreachableError: When there are none.
+        """
+        direct = self._obstacle(near, far, side)
+        if not direct:
+            yield []
+        folded_near = np.concatenate([self.home[:3], near[3:]])
+        folded_far = np.concatenate([self.home[:3], far[3:]])
+        reasons = [self._obstacle(*leg, side) for leg in ((near, folded_near), (folded_far, far))]
+        if not any(reasons):
+            yield [folded_near, folded_far]
+        ends, turned = np.stack([near, far]), False
+        for order in permutations(_GROUPS):
+            way = [near]
+            for group in order[:-1]:
+                way.append(way[-1].copy())
+                way[-1][group] = far[group]
+            if not any(self._obstacle(*leg, side, ends) for leg in pairwise([*way, far])):
+                turned = True
+                yield way[1:]
+        if direct and any(reasons) and not turned:
+            raise UnreachableError(next(filter(None, reasons)))
+
+    def _obstacle(self, start: Array, goal: Array, side: Array, ends: Array | None = None) -> str:
+        """Say why a straight way in joint space is not clear; empty when it is.
+
+        Args:
+            start: Joints [rad], shape (6,).
+            goal: Likewise.
+            side: Head pose whose plane across z no link shall pass, (4, 4).
+            ends: Postures (N, 6) that may pass it, since they are given; start and goal if left out.
+        """
+        joints = start + np.linspace(0.0, 1.0, 40)[:, None] * (goal - start)
+        points, heads = self._towards(joints, side)
+        given = points[[0, -1]] if ends is None else self._towards(ends, side)[0]
+        allowed = max(float(side[:3, 2] @ side[:3, 3]), float(given.max()))
+        if points.max() - allowed > _PLANE_SLACK:
+            return f"the arm would pass its end by {(points.max() - allowed) * 1e3:.0f} mm towards the person"
+        way = float(np.linalg.norm(np.diff(heads, axis=0), axis=1).sum())
+        straight = float(np.linalg.norm(heads[-1] - heads[0]))
+        if way > _DETOUR * straight + _DETOUR_FREE:
+            return f"the head would travel {way:.2f} m for {straight:.2f} m"
+        return ""
+
+    def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
+        """How far wrist and head lie along z of `side` [m], (N, 5), and heads, (N, 3), of joints (N, 6)."""
+        frames = self.kinematics.link_frames(joints)
+        heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+        return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads

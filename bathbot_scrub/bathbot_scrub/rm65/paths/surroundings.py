@@ -1,0 +1,132 @@
+"""What the arm must not meet: itself, walls, and the body the camera sees, outside the patch to be washed.
+
+Whole paths are judged before anything moves. A way out is shortened where the body is behind the arm, never
+refused: leaving must always be possible. Who stands nearer than allowed may move, but no nearer.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.walls import walls_from
+from bathbot_scrub.rm65.errors import CollisionError, NotReadyError
+from bathbot_scrub.rm65.paths.clearance import BodyClearance, SweptArm
+from bathbot_scrub.rm65.paths.self_collision import ArmModel
+from bathbot_scrub.rm65.settings import DriverSettings
+
+Array = NDArray[np.float64]
+_OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
+_CLOSER = 0.002  # [m] that counts as no nearer
+
+
+class Body(NamedTuple):
+    """Points on the body, or on anything else the camera saw."""
+
+    points: Array  # (M, 3) base frame [m]
+    stamp: float  # of the picture, time.monotonic() [s]
+
+
+class Surroundings:
+    """Judges joint paths. Thread-safe."""
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        settings: DriverSettings,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Know the arm and the walls; the body comes with `see`.
+
+        Args:
+            kinematics: The arm.
+            settings: Walls, margins, and how old a picture of the body may be.
+            clock: Gives the time now [s].
+        """
+        self.margin, self.scrub_margin = settings.body_margin, settings.scrub_margin
+        self._max_age, self._clock = settings.body_max_age, clock
+        walls = walls_from(settings.walls)
+        self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
+        folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
+        self._own = min(-_OVERLAP, folded - _CLOSER)
+        self._clearance = BodyClearance(kinematics)
+        self._body: Body | None = None
+
+    def see(self, points: ArrayLike, stamp: float) -> None:
+        """Take in what the camera sees: points, shape (M, 3), base frame [m], of a picture at `stamp` [s]."""
+        self._body = Body(np.ascontiguousarray(points, dtype=float), stamp)
+
+    def trust(self) -> None:
+        """Refuse to go near a person whose picture has become too old; where none ever came, all is as told.
+
+        Raises:
+            NotReadyError: With the age.
+        """
+        body = self._body
+        if body is not None and (age := self._clock() - body.stamp) > self._max_age:
+            raise NotReadyError(
+                f"the body was last seen {age:.1f} s ago, more than {self._max_age} s; is its node up?"
+            )
+
+    def status(self) -> str:
+        """What paths are checked against, for a person."""
+        body = self._body
+        if body is None:
+            return "no body cloud: paths are checked against the arm itself and walls only"
+        age = self._clock() - body.stamp
+        if age > self._max_age:
+            return f"body cloud of {age:.1f} s ago is too old, most is {self._max_age} s: not used"
+        return f"{len(body.points)} points, {age:.1f} s old"
+
+    def check(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> None:
+        """Refuse a joint path, shape (N, 6) [rad], closely spaced, on which something would be met.
+
+        Args:
+            joints: From where the arm stands.
+            patch: Places, shape (K, 3) [m], about which the scrub head may touch the body.
+            margin: Between links and body [m].
+
+        Raises:
+            CollisionError: With the link, what it would meet, where, and how near.
+        """
+        self._check_itself(self.check_body(joints, patch, margin))
+
+    def check_body(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> SweptArm:
+        """The same with regard to the body alone; never waits for another thread. Gives where the arm was."""
+        path = self._clearance.swept(np.asarray(joints, dtype=float))
+        body = self._body
+        if body is not None and self._clock() - body.stamp <= self._max_age:
+            self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
+        return path
+
+    def _check_itself(self, path: SweptArm) -> None:
+        with self._model_lock:
+            near = [self._model.nearest(joints) for joints in path.joints]
+        distances = np.array([pair.distance for pair in near])
+        worst = int(np.argmin(distances))
+        if distances[worst] < min(self._own, distances[0] - _CLOSER):
+            first, second, distance = near[worst]
+            raise CollisionError(first, second, distance, 0.0)
+
+    def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
+        """Keep the margin to all points but those that the arm stands beside: to these, what there is."""
+        beside = self._clearance.beside(path.ends[0], points, patch, margin)
+        self._check_points(path, points[~beside], patch, margin, margin)
+        if beside.any():
+            there = self._clearance.nearest(path.ends[:1], points[beside], patch, margin).clearances[0]
+            self._check_points(
+                path._replace(stray=0.0 * path.stray), points[beside], patch, there - _CLOSER, margin
+            )
+
+    def _check_points(self, path: SweptArm, points: Array, patch: Array, least: float, margin: float) -> None:
+        interest = least + 2.0 * float(path.stray.max()) + _CLOSER
+        clearances, links, nearest = self._clearance.nearest(path.ends, points, patch, interest)
+        worst = int(np.argmin(clearances - path.stray))
+        if clearances[worst] - path.stray[worst] < least:
+            place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
+            link = self._clearance.capsules[links[worst]].link
+            raise CollisionError(link, place, float(clearances[worst]), margin)

@@ -1,0 +1,1 @@
+"""The arm in the graph: messages, telemetry and the driver node."""

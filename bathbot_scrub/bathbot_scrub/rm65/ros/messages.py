@@ -1,0 +1,209 @@
+"""Between the arm's arrays and ROS messages; the only place of this package part that knows both."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from bathbot_depthcorr.geometry.rigid import inverse, quaternion_from_rotation, rotation_from_quaternion
+from bathbot_localize.messages import MessageError, surface_from_cloud
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, WrenchStamped
+from numpy.typing import ArrayLike, NDArray
+from sensor_msgs.msg import JointState, PointCloud2
+from tf2_msgs.msg import TFMessage
+
+from bathbot_msgs.action import Approach
+from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_scrub.rm65.arm.kinematics import HEAD_NAME, JOINT_NAMES, LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.driver import Snapshot
+from bathbot_scrub.rm65.errors import (
+    ArmError,
+    ArmSettingsError,
+    CanceledError,
+    ForceLimitError,
+    InvalidPoseError,
+    JointLimitError,
+    NoContactError,
+    UnreachableError,
+)
+from bathbot_scrub.rm65.motion.approach import Request
+from bathbot_scrub.rm65.motion.scrub_path import Segment
+
+Array = NDArray[np.float64]
+BASE, HEAD = LINK_NAMES[0], HEAD_NAME
+
+_ERROR_CODES = (
+    (InvalidPoseError, Approach.Result.INVALID_TARGET),
+    (ArmSettingsError, Approach.Result.INVALID_TARGET),
+    (UnreachableError, Approach.Result.UNREACHABLE),
+    (JointLimitError, Approach.Result.UNREACHABLE),
+    (NoContactError, Approach.Result.NO_CONTACT),
+    (ForceLimitError, Approach.Result.FORCE_LIMIT),
+    (CanceledError, Approach.Result.CANCELED),
+)
+
+
+def error_code(error: ArmError) -> int:
+    """The action's code of an error."""
+    return next((code for kind, code in _ERROR_CODES if isinstance(error, kind)), Approach.Result.NOT_READY)
+
+
+def stamp_of(monotonic: float, now: Time) -> Time:
+    """ROS time of an instant of time.monotonic() [s], given ROS time now."""
+    nanoseconds = now.sec * 10**9 + now.nanosec - round((time.monotonic() - monotonic) * 1e9)
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+
+
+def pose_message(T: ArrayLike) -> Pose:
+    """A transform (4, 4) as Pose."""
+    T = np.asarray(T)
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z = (float(v) for v in T[:3, 3])
+    x, y, z, w = (float(v) for v in quaternion_from_rotation(T[:3, :3]))
+    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = x, y, z, w
+    return pose
+
+
+def transforms_from_poses(poses: Sequence[Pose]) -> Array:
+    """Poses as transforms, shape (N, 4, 4).
+
+    Raises:
+        InvalidPoseError: When one is not finite or its quaternion is not of unit length to 1e-3.
+    """
+    values = np.array(
+        [
+            [
+                p.position.x,
+                p.position.y,
+                p.position.z,
+                p.orientation.x,
+                p.orientation.y,
+                p.orientation.z,
+                p.orientation.w,
+            ]
+            for p in poses
+        ]
+    ).reshape(-1, 7)
+    norms = np.linalg.norm(values[:, 3:], axis=1)
+    good = np.isfinite(values).all(1) & (np.abs(norms - 1.0) < 1e-3)
+    if not good.all():
+        index = int(np.argmin(good))
+        raise InvalidPoseError(
+            f"pose {index} is not finite or its quaternion has length {norms[index]:.4f}, not 1"
+        )
+    transforms = np.tile(np.eye(4), (len(values), 1, 1))
+    if len(values):
+        transforms[:, :3, :3] = rotation_from_quaternion(values[:, 3:])
+        transforms[:, :3, 3] = values[:, :3]
+    return transforms
+
+
+def request_from_goal(goal: Approach.Goal) -> Request:
+    """What an approach is asked for.
+
+    Raises:
+        InvalidPoseError: Not finite, not a unit quaternion, or in another frame.
+    """
+    _check_frame(goal.target.header.frame_id, "the target")
+    return Request(transforms_from_poses([goal.target.pose])[0], goal.region, goal.standoff, goal.speed)
+
+
+def segment_from_message(message: ScrubSegment) -> Segment:
+    """A segment to follow.
+
+    Raises:
+        InvalidPoseError: Not finite, not unit quaternions, or in another frame.
+    """
+    _check_frame(message.header.frame_id, f"segment {message.index}")
+    return Segment(
+        message.path_id,
+        message.index,
+        message.last,
+        message.region,
+        transforms_from_poses(message.poses),
+        message.speed,
+    )
+
+
+def body_from_cloud(message: PointCloud2, now: float) -> tuple[Array, float]:
+    """Points of a body cloud, shape (N, 3) [m], and the time of its picture, time.monotonic() [s].
+
+    Args:
+        message: The cloud.
+        now: ROS time [s].
+
+    Raises:
+        InvalidPoseError: In another frame, or no points in it.
+    """
+    _check_frame(message.header.frame_id, "the body cloud")
+    try:
+        points = surface_from_cloud(message).reshape(-1, 3)
+    except MessageError as error:
+        raise InvalidPoseError(f"the body cloud cannot be read: {error}") from error
+    age = max(now - message.header.stamp.sec - 1e-9 * message.header.stamp.nanosec, 0.0)
+    return points[np.isfinite(points).all(axis=1)], time.monotonic() - age
+
+
+def _check_frame(frame: str, what: str) -> None:
+    if frame.lstrip("/") != BASE:
+        raise InvalidPoseError(f"{what} is in frame {frame!r}; it must be in {BASE}")
+
+
+def joint_state_message(joints: Array, stamp: Time) -> JointState:
+    """Joint angles [rad] as JointState."""
+    message = JointState(name=list(JOINT_NAMES), position=[float(q) for q in joints])
+    message.header.stamp, message.header.frame_id = stamp, BASE
+    return message
+
+
+def wrench_message(wrench: Array, stamp: Time) -> WrenchStamped:
+    """A wrench about the head's tip, axes of the head."""
+    message = WrenchStamped()
+    message.header.stamp, message.header.frame_id = stamp, HEAD
+    force, torque = message.wrench.force, message.wrench.torque
+    force.x, force.y, force.z, torque.x, torque.y, torque.z = (float(v) for v in wrench)
+    return message
+
+
+def pose_stamped(T: Array, stamp: Time) -> PoseStamped:
+    """A pose of the head in the base frame."""
+    message = PoseStamped(pose=pose_message(T))
+    message.header.stamp, message.header.frame_id = stamp, BASE
+    return message
+
+
+def tree_message(kinematics: Kinematics, joints: Array, stamp: Time) -> TFMessage:
+    """Transforms base_link -> Link1 -> ... -> Link6 -> scrub_head."""
+    frames = kinematics.link_frames(joints)
+    steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], T_FLANGE_HEAD[None]])
+    names = (*LINK_NAMES, HEAD)
+    quaternions = quaternion_from_rotation(steps[:, :3, :3])
+    transforms = []
+    for index, (step, quaternion) in enumerate(zip(steps, quaternions, strict=True)):
+        message = TransformStamped(child_frame_id=names[index + 1])
+        message.header.stamp, message.header.frame_id = stamp, names[index]
+        moved, turned = message.transform.translation, message.transform.rotation
+        moved.x, moved.y, moved.z = (float(v) for v in step[:3, 3])
+        turned.x, turned.y, turned.z, turned.w = (float(v) for v in quaternion)
+        transforms.append(message)
+    return TFMessage(transforms=transforms)
+
+
+def arm_state_message(snapshot: Snapshot, stamp: Time) -> ArmState:
+    """What the driver does now."""
+    message = ArmState(
+        state=int(snapshot.state),
+        reason=snapshot.reason,
+        connected=snapshot.connected,
+        path_id=snapshot.path_id,
+        segment_index=snapshot.segment_index,
+        segments_queued=snapshot.segments_queued,
+        distance_along=snapshot.distance_along,
+        path_done=snapshot.path_done,
+        force=snapshot.force,
+        force_threshold=snapshot.force_threshold,
+        period=snapshot.period,
+        period_deviation_p99=snapshot.period_deviation_p99,
+    )
+    message.header.stamp, message.header.frame_id = stamp, BASE
+    return message

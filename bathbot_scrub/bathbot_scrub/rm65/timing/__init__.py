@@ -1,0 +1,1 @@
+"""A steady beat: schedule, priority, and how regular it was."""
