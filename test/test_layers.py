@@ -90,8 +90,3 @@ def test_a_node_file_names_no_other_package_privately():
         if name.startswith("bathbot_") and any(part.startswith("_") for part in name.split("."))
     ]  # fmt: skip
     assert not private
-
-
-@pytest.mark.parametrize("module", MODULES, ids=lambda module: str(module.relative_to(ROOT)))
-def test_files_stay_small(module):
-    assert len(module.read_text(encoding="utf-8").splitlines()) <= 400
