@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bathbot_scrub.rm65.errors import NotReadyError
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from emulator_cell import running, until
 from numpy.testing import assert_allclose
 
@@ -41,7 +41,7 @@ def test_a_motion_that_is_refused_as_it_begins_leaves_the_arm_in_hold(cell):
         loop.motion.command = start + 0.05  # where it stands, however long ago it came
         loop.guard.begin_approach(driver.limits.gentlest(), "a test")
         with pytest.raises(NotReadyError, match="elsewhere"):
-            loop.begin(path, driver.planner.joint_pace, Kind.SENT)
+            loop.begin(path, driver.planner.joint_pace, MotionKind.PROGRAM)
     assert cell.state() is State.HOLD
     assert "elsewhere" in driver.snapshot().reason
     driver.moves.to_joints(start, 1.0)

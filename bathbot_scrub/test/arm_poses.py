@@ -4,14 +4,14 @@ import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from scipy.spatial.transform import Rotation
 
 ARM = Kinematics("6F")
 HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
 JOINT_PACE = Pace(1.0, 2.0, 20.0)
-PLANNER = Planner(ARM, HOME, JOINT_PACE, 0.5)
+PLANNER = MotionPlanner(ARM, HOME, JOINT_PACE, 0.5)
 PERIOD = 0.01
 
 

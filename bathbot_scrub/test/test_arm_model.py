@@ -66,7 +66,9 @@ def test_a_shorter_flange_has_a_shorter_last_link():
 def test_the_command_prints_it_and_refuses_an_unknown_variant():
     run = lambda *words: subprocess.run(  # noqa: E731
         [sys.executable, "-m", "bathbot_scrub.rm65.arm.urdf", *words],
-        capture_output=True, text=True, check=False,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert run("B").stdout == urdf("B")
     refused = run("7F")

@@ -11,7 +11,7 @@ from bathbot_scrub.rm65.motion.scrub_path import ScrubPath, Segment
 from bathbot_scrub.rm65.paths.clearance import swept
 from bathbot_scrub.rm65.paths.clearance_kernel import fill_clearances, within
 from bathbot_scrub.rm65.paths.joint_path import joint_move
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -36,7 +36,7 @@ def cell(points=None, clock=None, **changes):
     around = Surroundings(ARM, DriverSettings(**changes), clock)
     if points is not None:
         around.see(points, clock.now)
-    return around, Planner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around)
+    return around, MotionPlanner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around)
 
 
 def wall_of_skin(target, beyond=0.0):

@@ -1,4 +1,4 @@
-"""The watchdogs: which signs lead to which alarm, and for how long."""
+"""The watchdogs: which signals lead to which alarm, and for how long."""
 
 import dataclasses
 import math
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bathbot_scrub.rm65.controller.error_codes import in_words
 from bathbot_scrub.rm65.guard.following_error import NO_LAG
-from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signs
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signals
 from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.guard.watchdogs import UNSTEADY, WATCHDOGS, Watchdogs, gravest
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 SETTINGS = DriverSettings()
 CONNECTED, BUSY = Connected(True, "", 0.0), Activity(False, 0.0, False)
-GOOD = Signs(0.003, 0, 0, True, 0, np.zeros(6), (), (), NO_LAG, CONNECTED, BUSY)
+GOOD = Signals(0.003, 0, 0, True, 0, np.zeros(6), (), (), NO_LAG, CONNECTED, BUSY)
 PRESSED = np.array([0.0, 0.0, -199.0, 0.0, 0.0, 0.0])
 BAD = {
     "silence": {"age": 0.06},
@@ -39,8 +39,8 @@ BAD = {
 }
 
 
-def judge(dogs=None, now=0.0, **signs):
-    return (dogs or Watchdogs(SETTINGS)).judge(GOOD._replace(**signs), now)
+def judge(dogs=None, now=0.0, **signals):
+    return (dogs or Watchdogs(SETTINGS)).judge(GOOD._replace(**signals), now)
 
 
 def test_good_signs_raise_nothing():
@@ -76,9 +76,9 @@ def test_every_deadline_is_a_parameter_that_acts(dog):
     assert dog.name not in {alarm.name for alarm in judge(patient, **BAD[dog.name])}
 
 
-@pytest.mark.parametrize("signs", [{"age": math.inf}, {"age": math.nan}], ids=["never", "not a number"])
-def test_an_age_that_means_nothing_is_silence(signs):
-    assert [alarm.name for alarm in judge(**signs)] == ["silence"]
+@pytest.mark.parametrize("signals", [{"age": math.inf}, {"age": math.nan}], ids=["never", "not a number"])
+def test_an_age_that_means_nothing_is_silence(signals):
+    assert [alarm.name for alarm in judge(**signals)] == ["silence"]
 
 
 @pytest.mark.parametrize("name", ["silence", "unreadable", "late_samples", "no_force", "tcp_deaf"])
@@ -101,8 +101,8 @@ def test_after_a_gap_data_must_be_steady_before_all_is_quiet():
 def test_data_that_come_and_go_end_in_a_fault():
     dogs, reactions = Watchdogs(SETTINGS), []
     for index in range(260):
-        signs = {"age": 0.06} if index % 20 < 10 else {}
-        reactions.append(gravest(judge(dogs, 0.01 * index, **signs)).reaction)
+        signals = {"age": 0.06} if index % 20 < 10 else {}
+        reactions.append(gravest(judge(dogs, 0.01 * index, **signals)).reaction)
     assert reactions[:200] == [Reaction.WAIT] * 200
     assert reactions[210] is Reaction.FAULT
 

@@ -2,7 +2,8 @@
 
 The arm hides the very skin it scrubs. So the map starts from the last surface without the arm; each
 new surface (NaN where the arm hides it) renews the cells in sight, and the median of their motion
-along the normal moves the hidden ones too: breathing, sway, a sudden shift.
+along the normal moves the hidden ones too: breathing, sway, a sudden shift. How high the skin stands
+over a breath or two is told by its level.
 """
 
 from collections.abc import Callable
@@ -17,55 +18,14 @@ from bathbot_scrub.path.height_field import HeightField, smooth
 from bathbot_scrub.path.patch import Cells, Mask, PatchGrid, around, connected_skin
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
-_JUMP = 0.0015  # beyond all heights of the last breaths [m]; a breath takes longer between two pictures
-_KNOWN = 0.5  # share of the window from which the mean counts
-
-
-class SkinLevel:
-    """Heights of the skin over time, along the normal."""
-
-    def __init__(self, window: float, spread: float) -> None:
-        """Begin without any height.
-
-        Args:
-            window: Time over which is averaged: a breath or two [s].
-            spread: Of the newest height from the mean, beyond which the body has moved [m].
-        """
-        self._window, self._spread = window, spread
-        self._times: list[float] = []
-        self._heights: list[float] = []
-
-    def add(self, time: float, height: float) -> None:
-        """Take in a height [m] at a time [s]; one older than the newest only fills the past."""
-        if self._times and time < self._times[-1]:
-            index = int(np.searchsorted(self._times, time))
-            self._times.insert(index, time)
-            self._heights.insert(index, height)
-            return
-        if self._heights and not self._familiar(height):
-            self._times, self._heights = [], []
-        self._times.append(time)
-        self._heights.append(height)
-        while self._times[0] < time - self._window:
-            del self._times[0], self._heights[0]
-
-    @property
-    def level(self) -> float:
-        """The height to plan on [m]: the mean where enough of a breath is known, else the newest."""
-        newest, known = self._heights[-1], self._times[-1] - self._times[0] >= _KNOWN * self._window
-        mean = float(np.mean(self._heights))
-        return mean if known and abs(newest - mean) <= self._spread else newest
-
-    def _familiar(self, height: float) -> bool:
-        return min(self._heights) - _JUMP <= height <= max(self._heights) + _JUMP
-
-
 Array = NDArray[np.float64]
 _GATE = 0.05  # farther from the map a point is no skin of this patch [m]
 _AGREES = 0.006  # a cell this near the moved map is fused into it [m]
 _MEMORY = 3.0  # of how many pictures a cell keeps the mean
 _RELIEF = 0.15  # height of the skin over the tangent plane at the edge of the map [m]
 _NEAREST = 0.015  # between target and its nearest pixel [m]
+_JUMP = 0.0015  # beyond all heights of the last breaths [m]; a breath takes longer between two pictures
+_KNOWN = 0.5  # share of the window from which the mean counts
 
 
 class Sighting(NamedTuple):
@@ -192,3 +152,42 @@ class SurfaceMap:
         self._height[fresh] = (weight * self._height[fresh] + seen.height[fresh]) / (weight + 1.0)
         self._weight[fresh] = np.minimum(weight + 1.0, _MEMORY)
         self._count[fresh] = np.maximum(self._count[fresh], seen.count[fresh])
+
+
+class SkinLevel:
+    """Heights of the skin over time, along the normal."""
+
+    def __init__(self, window: float, spread: float) -> None:
+        """Begin without any height.
+
+        Args:
+            window: Time over which is averaged: a breath or two [s].
+            spread: Of the newest height from the mean, beyond which the body has moved [m].
+        """
+        self._window, self._spread = window, spread
+        self._times: list[float] = []
+        self._heights: list[float] = []
+
+    def add(self, time: float, height: float) -> None:
+        """Take in a height [m] at a time [s]; one older than the newest only fills the past."""
+        if self._times and time < self._times[-1]:
+            index = int(np.searchsorted(self._times, time))
+            self._times.insert(index, time)
+            self._heights.insert(index, height)
+            return
+        if self._heights and not self._familiar(height):
+            self._times, self._heights = [], []
+        self._times.append(time)
+        self._heights.append(height)
+        while self._times[0] < time - self._window:
+            del self._times[0], self._heights[0]
+
+    @property
+    def level(self) -> float:
+        """The height to plan on [m]: the mean where enough of a breath is known, else the newest."""
+        newest, known = self._heights[-1], self._times[-1] - self._times[0] >= _KNOWN * self._window
+        mean = float(np.mean(self._heights))
+        return mean if known and abs(newest - mean) <= self._spread else newest
+
+    def _familiar(self, height: float) -> bool:
+        return min(self._heights) - _JUMP <= height <= max(self._heights) + _JUMP

@@ -17,16 +17,19 @@ from bathbot_scrub.rm65.force.force_limits import load_force_limits
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.approach import Approach, Request, Touch
-from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
-from bathbot_scrub.rm65.motion.controller_link import Link
-from bathbot_scrub.rm65.motion.program_moves import SentMoves
+from bathbot_scrub.rm65.motion.controller_link import ControllerLink
+from bathbot_scrub.rm65.motion.program_moves import ProgramMoves
 from bathbot_scrub.rm65.motion.scrub_motion import ScrubMotion
 from bathbot_scrub.rm65.motion.scrub_path import Segment
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
+
+Array = NDArray[np.float64]
+_CLEARED = 0.2  # [s] within which a sample without the error must have come
 
 
 class Snapshot(NamedTuple):
@@ -44,10 +47,6 @@ class Snapshot(NamedTuple):
     force_threshold: float  # [N]
     period: float  # [s]
     period_deviation_p99: float  # [s]
-
-
-Array = NDArray[np.float64]
-_CLEARED = 0.2  # [s] within which a sample without the error must have come
 
 
 class ArmDriver:
@@ -69,14 +68,14 @@ class ArmDriver:
         pace = Pace(settings.joint_speed, settings.joint_acceleration, 10.0 * settings.joint_acceleration)
         self.surroundings = Surroundings(self.kinematics, settings)
         home = np.radians(settings.home_deg)
-        self.planner = Planner(
+        self.planner = MotionPlanner(
             self.kinematics, home, pace, settings.joint_share, surroundings=self.surroundings
         )
-        self.link = Link(settings, warn)
+        self.link = ControllerLink(settings, warn)
         guard = ForceGuard(self.limits, settings.home_needs_consent)
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
-        self.moves = SentMoves(self.loop, self.planner, self.limits)
+        self.moves = ProgramMoves(self.loop, self.planner, self.limits)
         self._scrub = ScrubMotion(self.loop, self.planner, self.limits, settings)
         self.loop.thread.start()
         self.link.start(self.loop.connection_lost, self.loop.thread.wake)
@@ -119,7 +118,7 @@ class ArmDriver:
         path = self.planner.to_home(self.loop.standing(), self._approach.came)
         with self.loop.lock:
             self.loop.guard.begin_approach(self.limits.gentlest(), "going home")
-            self.loop.begin(path, self.planner.joint_pace, Kind.HOME)
+            self.loop.begin(path, self.planner.joint_pace, MotionKind.HOME)
         self._approach.came = (
             None  # asked again, from home or half-way, the arm must not go back to the person
         )

@@ -2,7 +2,8 @@
 
 Joints 4, 5 and 6 meet in the wrist centre and joints 2 and 3 are parallel, so the first three joints
 follow from the wrist centre (shoulder front or back, elbow either way) and the last three from the
-rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6). The formulas are in `branch_kernel`.
+rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6). The formulas are in `branch_kernel`. Where
+there is no solution, `why_unreachable` says what keeps the head from the pose.
 """
 
 import numpy as np
@@ -16,6 +17,7 @@ from bathbot_scrub.rm65.errors import InvalidPoseError, UnreachableError
 
 Array = NDArray[np.float64]
 _ANY_ANGLE = np.full(6, np.inf)
+_LONGEST, _SHORTEST = UPPER_ARM + FOREARM, UPPER_ARM - FOREARM  # [m] from shoulder to wrist
 
 
 def all_branches(kinematics: Kinematics, T_base_flange: ArrayLike) -> Array:
@@ -119,9 +121,6 @@ def distance_to_singularity(kinematics: Kinematics, joints: ArrayLike) -> Array:
     )
     shoulder = np.hypot(wrist[..., 0, 3], wrist[..., 1, 3]) / FOREARM
     return np.minimum.reduce([np.abs(np.sin(joints[..., 4])), np.abs(np.sin(joints[..., 2])), shoulder])
-
-
-_LONGEST, _SHORTEST = UPPER_ARM + FOREARM, UPPER_ARM - FOREARM
 
 
 def why_unreachable(

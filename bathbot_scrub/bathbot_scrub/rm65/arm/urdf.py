@@ -5,7 +5,7 @@
 Frames of links are those of the Denavit-Hartenberg table, so base_link..Link6 are where `Kinematics` puts
 them. Masses are the manufacturer's; everything else about mass is our estimate: each link as a solid
 cylinder of the size of its capsule. Shapes are cylinders with a sphere at each end: the capsules of
-`arm_shapes`, marked as such for readers that know capsules.
+`capsules`, marked as such for readers that know capsules.
 """
 
 import sys

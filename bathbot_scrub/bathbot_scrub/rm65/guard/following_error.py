@@ -36,7 +36,7 @@ class Lag(NamedTuple):
 NO_LAG = Lag(0.0, 0, 1)
 
 
-class Following:
+class FollowingMonitor:
     """Compares commands and measured joints."""
 
     def __init__(self, tolerance: float, period: float) -> None:

@@ -1,6 +1,6 @@
 """The force guard: what the arm may do next, from force and from what the watchdogs say. Pure.
 
-The states and the ways between them are in `guard_states`. Time comes in with the readings.
+The states and the ways between them are in `states`. Time comes in with the readings.
 """
 
 import numpy as np

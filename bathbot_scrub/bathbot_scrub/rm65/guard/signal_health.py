@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.rm65.controller.state_push import ArmSample
 from bathbot_scrub.rm65.force.wrench_filter import common
-from bathbot_scrub.rm65.guard.following_error import NO_LAG, Following, Lag
+from bathbot_scrub.rm65.guard.following_error import NO_LAG, FollowingMonitor, Lag
 
 Array = NDArray[np.float64]
 _TOGETHER = 0.001  # [s] between samples that arrive together: they were late
@@ -35,7 +35,7 @@ class Activity(NamedTuple):
     path_open: bool  # a path was begun and is not finished
 
 
-class Signs(NamedTuple):
+class Signals(NamedTuple):
     """Everything the watchdogs judge, at one instant."""
 
     age: float  # [s] since the newest readable sample
@@ -51,18 +51,18 @@ class Signs(NamedTuple):
     activity: Activity
 
 
-class VitalSigns:
-    """Collects the signs. Thread-safe: one thread takes samples, another commands and asks."""
+class SignalHealth:
+    """Collects the signals. Thread-safe: one thread takes samples, another commands and asks."""
 
     def __init__(self, tolerance: float, period: float) -> None:
-        """Begin before the first sample; `tolerance` [rad] and `period` [s] as of `Following`."""
+        """Begin before the first sample; `tolerance` [rad] and `period` [s] as of `FollowingMonitor`."""
         self._lock = threading.Lock()
         self._sample: ArmSample | None = None
         self._before: Array | None = None
         self._readings: OrderedDict[bytes, None] = OrderedDict()
         self._repeats, self._together, self._refused = 0, 1, 0
         self._late, self._late_at = 0, -math.inf
-        self._following, self._lag = Following(tolerance, period), NO_LAG
+        self._following, self._lag = FollowingMonitor(tolerance, period), NO_LAG
 
     def sample(self, sample: ArmSample) -> None:
         """Take a sample that could be read."""
@@ -103,16 +103,16 @@ class VitalSigns:
             else:
                 self._lag = self._following.command(joints, self._sample.joints, now - self._sample.stamp)
 
-    def signs(self, now: float, tcp: Connected, activity: Activity) -> Signs:
+    def signals(self, now: float, tcp: Connected, activity: Activity) -> Signals:
         """What is known at `now` [s], on the clock of the stamps."""
         with self._lock:
             sample, before = self._sample, self._before
             late = self._late if now - self._late_at <= _BURST_COUNTS else 0
             if sample is None:
                 nothing = np.full(6, np.nan)
-                return Signs(math.inf, self._refused, 0, True, 0, nothing, (), (), self._lag, tcp, activity)
+                return Signals(math.inf, self._refused, 0, True, 0, nothing, (), (), self._lag, tcp, activity)
             wrench = sample.wrench if before is None else common(sample.wrench, before)
-            return Signs(
+            return Signals(
                 max(now - sample.stamp, 0.0),
                 self._refused,
                 late,

@@ -1,4 +1,6 @@
-"""The states of the arm with regard to the person, and every way from one to another.
+"""The states of the arm with regard to the person, every way from one to another, and alarms.
+
+An alarm is what one watchdog found: how the arm must react, and what can still be trusted.
 
 The diagram in `docs/safety.md` is compared with `TRANSITIONS` by a test.
 """

@@ -1,5 +1,8 @@
 """The watchdogs: what each looks at, its deadline, what the arm does about it. Pure; time is an argument.
 
+`WATCHDOGS` is their table; `Watchdogs` judges by it and remembers for how long; `IdleContact` times how
+long the arm stands idle on the skin.
+
 The table in `docs/safety.md` is compared with `WATCHDOGS` by a test. All deadlines are parameters of the
 driver. Stamps are monotonic: jumps of the clock of ROS or of the day do not reach this file.
 """
@@ -11,7 +14,7 @@ import numpy as np
 
 from bathbot_scrub.rm65.controller.error_codes import in_words
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.signal_health import Activity, Signs
+from bathbot_scrub.rm65.guard.signal_health import Activity, Signals
 from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.settings import DriverSettings
 
@@ -29,102 +32,104 @@ class Watchdog(NamedTuple):
     watches: str
     deadline: str  # parameter of the driver, or "at once"
     reaction: Reaction
-    judge: Callable[[Signs, DriverSettings], str]  # what is wrong; empty when nothing is
+    judge: Callable[[Signals, DriverSettings], str]  # what is wrong; empty when nothing is
     force: bool = True  # whether the force can be trusted all the same
     joints: bool = True  # whether the joints can, and the stream of commands
 
 
-def _silence(signs: Signs, settings: DriverSettings) -> str:
-    silent = not signs.age <= settings.brake_after and not signs.refused
-    return f"no state from the controller for {signs.age:.2f} s" if silent else ""
+def _silence(signals: Signals, settings: DriverSettings) -> str:
+    silent = not signals.age <= settings.brake_after and not signals.refused
+    return f"no state from the controller for {signals.age:.2f} s" if silent else ""
 
 
-def _unreadable(signs: Signs, settings: DriverSettings) -> str:
-    bad = not signs.age <= settings.brake_after and signs.refused
-    return f"{signs.refused} datagrams of the controller in a row cannot be read" if bad else ""
+def _unreadable(signals: Signals, settings: DriverSettings) -> str:
+    bad = not signals.age <= settings.brake_after and signals.refused
+    return f"{signals.refused} datagrams of the controller in a row cannot be read" if bad else ""
 
 
-def _late(signs: Signs, settings: DriverSettings) -> str:
-    late = signs.late * _CYCLE > settings.brake_after
-    return f"{signs.late} samples arrived at once: they were late" if late else ""
+def _late(signals: Signals, settings: DriverSettings) -> str:
+    late = signals.late * _CYCLE > settings.brake_after
+    return f"{signals.late} samples arrived at once: they were late" if late else ""
 
 
-def _no_force(signs: Signs, settings: DriverSettings) -> str:
-    return "" if signs.finite else "force reading is not a number"
+def _no_force(signals: Signals, settings: DriverSettings) -> str:
+    return "" if signals.finite else "force reading is not a number"
 
 
-def _frozen(signs: Signs, settings: DriverSettings) -> str:
-    frozen = signs.repeats >= settings.frozen_samples
+def _frozen(signals: Signals, settings: DriverSettings) -> str:
+    frozen = signals.repeats >= settings.frozen_samples
     return (
-        f"the last {signs.repeats} readings of the force had come before: it is frozen or old"
+        f"the last {signals.repeats} readings of the force had come before: it is frozen or old"
         if frozen
         else ""
     )
 
 
-def _saturated(signs: Signs, settings: DriverSettings) -> str:
-    force, torque = np.abs(signs.wrench[:3]).max(), np.abs(signs.wrench[3:]).max()
+def _saturated(signals: Signals, settings: DriverSettings) -> str:
+    force, torque = np.abs(signals.wrench[:3]).max(), np.abs(signals.wrench[3:]).max()
     if not (force >= _SATURATED * RATED_FORCE or torque >= _SATURATED * RATED_TORQUE):
         return ""
     return f"force reading is at the end of its range ({force:.0f} N, {torque:.1f} Nm)"
 
 
-def _force_error(signs: Signs, settings: DriverSettings) -> str:
-    return in_words((code for code in signs.errors if code in _FORCE_SENSOR), ())
+def _force_error(signals: Signals, settings: DriverSettings) -> str:
+    return in_words((code for code in signals.errors if code in _FORCE_SENSOR), ())
 
 
-def _controller_error(signs: Signs, settings: DriverSettings) -> str:
-    return in_words((code for code in signs.errors if code not in _FORCE_SENSOR), ())
+def _controller_error(signals: Signals, settings: DriverSettings) -> str:
+    return in_words((code for code in signals.errors if code not in _FORCE_SENSOR), ())
 
 
-def _joint_error(signs: Signs, settings: DriverSettings) -> str:
-    return in_words((), signs.joint_errors)
+def _joint_error(signals: Signals, settings: DriverSettings) -> str:
+    return in_words((), signals.joint_errors)
 
 
-def _live(signs: Signs, settings: DriverSettings) -> bool:
+def _live(signals: Signals, settings: DriverSettings) -> bool:
     """Whether the joints are measured now: the force that comes with them would repeat itself else."""
-    return signs.age <= settings.brake_after and signs.repeats < _REPEATED
+    return signals.age <= settings.brake_after and signals.repeats < _REPEATED
 
 
-def _following(signs: Signs, settings: DriverSettings) -> str:
-    late = signs.lag.lasts > settings.following_after * settings.rate
-    if not late or not _live(signs, settings):
+def _following_error(signals: Signals, settings: DriverSettings) -> str:
+    late = signals.lag.lasts > settings.following_after * settings.rate
+    if not late or not _live(signals, settings):
         return ""
-    return f"joint {signs.lag.joint} is {signs.lag.beyond:.3f} rad from where it was told to be"
+    return f"joint {signals.lag.joint} is {signals.lag.beyond:.3f} rad from where it was told to be"
 
 
-def _not_following(signs: Signs, settings: DriverSettings) -> str:
-    lag = signs.lag
-    if lag.told <= settings.still_tolerance or not _live(signs, settings):
+def _not_following(signals: Signals, settings: DriverSettings) -> str:
+    lag = signals.lag
+    if lag.told <= settings.still_tolerance or not _live(signals, settings):
         return ""
     return f"joint {lag.still} stands: it was told to go {lag.told:.4f} rad and went {lag.went:.4f} rad"
 
 
-def _tcp_lost(signs: Signs, settings: DriverSettings) -> str:
-    return "" if signs.tcp.connected else "connection to the controller lost"
+def _tcp_lost(signals: Signals, settings: DriverSettings) -> str:
+    return "" if signals.tcp.connected else "connection to the controller lost"
 
 
-def _tcp_deaf(signs: Signs, settings: DriverSettings) -> str:
-    deaf = signs.tcp.connected and signs.tcp.unanswered > settings.deaf_after
-    return f"the controller has not answered for {signs.tcp.unanswered:.2f} s" if deaf else ""
+def _tcp_deaf(signals: Signals, settings: DriverSettings) -> str:
+    deaf = signals.tcp.connected and signals.tcp.unanswered > settings.deaf_after
+    return f"the controller has not answered for {signals.tcp.unanswered:.2f} s" if deaf else ""
 
 
-def _no_power(signs: Signs, settings: DriverSettings) -> str:
-    return "" if signs.tcp.powered or not signs.tcp.connected else "the arm has no power"
+def _no_power(signals: Signals, settings: DriverSettings) -> str:
+    return "" if signals.tcp.powered or not signals.tcp.connected else "the arm has no power"
 
 
-def _starvation(signs: Signs, settings: DriverSettings) -> str:
-    return "the arm waits for segments" if signs.activity.starved else ""
+def _starvation(signals: Signals, settings: DriverSettings) -> str:
+    return "the arm waits for segments" if signals.activity.starved else ""
 
 
-def _planner_silence(signs: Signs, settings: DriverSettings) -> str:
-    silent = signs.activity.path_open and signs.activity.idle > settings.leave_after
-    return f"no segment for {signs.activity.idle:.0f} s on the skin: the planner is silent" if silent else ""
+def _planner_silence(signals: Signals, settings: DriverSettings) -> str:
+    silent = signals.activity.path_open and signals.activity.idle > settings.leave_after
+    return (
+        f"no segment for {signals.activity.idle:.0f} s on the skin: the planner is silent" if silent else ""
+    )
 
 
-def _idle_contact(signs: Signs, settings: DriverSettings) -> str:
-    idle = not signs.activity.path_open and signs.activity.idle > settings.leave_after
-    return f"on the skin for {signs.activity.idle:.0f} s without anything to do" if idle else ""
+def _idle_contact(signals: Signals, settings: DriverSettings) -> str:
+    idle = not signals.activity.path_open and signals.activity.idle > settings.leave_after
+    return f"on the skin for {signals.activity.idle:.0f} s without anything to do" if idle else ""
 
 
 _WAIT, _LEAVE, _FAULT, _TELL = Reaction.WAIT, Reaction.LEAVE, Reaction.FAULT, Reaction.TELL
@@ -139,7 +144,13 @@ WATCHDOGS = (
     Watchdog("controller_error", "all other error codes", "at once", _FAULT, _controller_error, True, False),
     Watchdog("joint_error", "error bits of the joints", "at once", _FAULT, _joint_error, True, False),
     Watchdog(
-        "following_error", "joints off their commands", "following_after", _FAULT, _following, True, False
+        "following_error",
+        "joints off their commands",
+        "following_after",
+        _FAULT,
+        _following_error,
+        True,
+        False,
     ),
     Watchdog(
         "not_following",
@@ -162,7 +173,7 @@ UNSTEADY = "unsteady"  # the name of waiting on, after an alarm that has passed
 
 
 class Watchdogs:
-    """Judges the signs, and remembers for how long something has been wrong."""
+    """Judges the signals, and remembers for how long something has been wrong."""
 
     def __init__(self, settings: DriverSettings) -> None:
         """Take the deadlines from `settings`."""
@@ -171,11 +182,11 @@ class Watchdogs:
         self._waiting_since: float | None = None
         self._last_wait = -np.inf
 
-    def judge(self, signs: Signs, now: float) -> tuple[Alarm, ...]:
+    def judge(self, signals: Signals, now: float) -> tuple[Alarm, ...]:
         """All alarms at `now` [s]; what makes the arm wait becomes a fault when it lasts."""
         alarms = []
         for dog in WATCHDOGS:
-            message = dog.judge(signs, self._settings)
+            message = dog.judge(signals, self._settings)
             if not message:
                 self._since.pop(dog.name, None)
                 continue
@@ -214,7 +225,7 @@ def gravest(alarms: Sequence[Alarm]) -> Alarm:
     )
 
 
-class AtWork:
+class IdleContact:
     """Times the arm's standing still on the skin."""
 
     def __init__(self) -> None:

@@ -21,11 +21,11 @@ from bathbot_scrub.rm65.errors import (
 from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.states import Cause, Reaction, State
-from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
-from bathbot_scrub.rm65.motion.controller_link import Link
+from bathbot_scrub.rm65.motion.controller_link import ControllerLink
 from bathbot_scrub.rm65.paths.joint_path import JointPath
-from bathbot_scrub.rm65.paths.motion_planner import Planner, line_pace
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
 
 Array = NDArray[np.float64]
@@ -55,7 +55,12 @@ class Approach:
     """Runs one approach at a time, in the caller's thread."""
 
     def __init__(
-        self, loop: ControlLoop, link: Link, planner: Planner, limits: ForceLimits, settings: DriverSettings
+        self,
+        loop: ControlLoop,
+        link: ControllerLink,
+        planner: MotionPlanner,
+        limits: ForceLimits,
+        settings: DriverSettings,
     ) -> None:
         """Work with these parts of a driver."""
         self._loop, self._link, self._planner = loop, link, planner
@@ -95,10 +100,10 @@ class Approach:
                 self._loop.guard.begin_approach(limits, f"on the way to {request.region}")
             self.came = None
             self._zero()
-            self._move(way, Kind.TRANSIT, self._planner.joint_pace, target, canceled, progress)
+            self._move(way, MotionKind.TRANSIT, self._planner.joint_pace, target, canceled, progress)
             self.came = way
             self._zero()
-            self._move(line, Kind.SEEK, line_pace(speed, _ACCELERATION), target, canceled, progress)
+            self._move(line, MotionKind.SEEK, line_pace(speed, _ACCELERATION), target, canceled, progress)
             return self._felt()
         finally:
             self._one.release()
@@ -127,7 +132,7 @@ class Approach:
     def _move(
         self,
         path: JointPath,
-        kind: Kind,
+        kind: MotionKind,
         pace,
         target: Array,
         canceled: Callable[[], bool],
@@ -138,14 +143,14 @@ class Approach:
         with loop.lock:
             if loop.guard.state is not State.APPROACH:
                 raise _why(loop.guard)
-            if kind is Kind.SEEK:
+            if kind is MotionKind.SEEK:
                 loop.guard.begin_seeking()
             loop.begin(path, pace, kind)
         while True:
             with loop.lock:
                 over = loop.lock.wait_for(lambda: not _under_way(loop.guard), 0.1)
                 command, state = loop.motion.command, loop.guard.state
-                if over and (state is State.APPROACH or kind is Kind.SEEK):
+                if over and (state is State.APPROACH or kind is MotionKind.SEEK):
                     return
                 if over:
                     raise _why(loop.guard)

@@ -1,4 +1,7 @@
-"""The motion that is being streamed: a path with its pace, and what is left of the one before it."""
+"""What the arm is commanded: the kinds of motion, the one being streamed, and where it stands at rest.
+
+A motion is a path with its pace. What is left of the one before it may still brake while it begins.
+"""
 
 from enum import Enum
 
@@ -10,10 +13,21 @@ from bathbot_scrub.rm65.errors import NotReadyError
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.paths.retract_path import WayOut
+from bathbot_scrub.rm65.paths.retract_path import RetractPath
+
+Array = NDArray[np.float64]
+_ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
+_SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
+_BACK_OFF = 0.8  # [rad] back on a joint move that met something
+_BACK_JOINTS = Pace(1.0, 4.0, 800.0)
+_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
+# braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
+# than that overshoots and comes back
+_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)
+_STOP_WITHIN = 0.02  # [m] in which a tool path is left, or at least most of its speed
 
 
-class Kind(Enum):
+class MotionKind(Enum):
     """What a motion is for."""
 
     TRANSIT = "to the stand-off"
@@ -21,76 +35,49 @@ class Kind(Enum):
     SCRUB = "along the path"
     LEAVE = "away from the skin"
     HOME = "home"
-    SENT = "where a program sent it"
+    PROGRAM = "where a program sent it"
     STREAM = "after a stream of joints"
 
 
 ARRIVALS = {  # motions whose end ends a state, and what is said then
-    Kind.SEEK: "at the end of the search",
-    Kind.LEAVE: "retracted",
-    Kind.HOME: "at home",
-    Kind.SENT: "where it was sent",
+    MotionKind.SEEK: "at the end of the search",
+    MotionKind.LEAVE: "retracted",
+    MotionKind.HOME: "at home",
+    MotionKind.PROGRAM: "where it was sent",
 }
 
-MORE_MAY_COME = {Kind.SCRUB: State.CONTACT, Kind.STREAM: State.APPROACH}  # at rest at what came so far
+MORE_MAY_COME = {  # motions that may rest at what came so far, and the state in which they do
+    MotionKind.SCRUB: State.CONTACT,
+    MotionKind.STREAM: State.APPROACH,
+}
 
-
-Array = NDArray[np.float64]
-_ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
-_SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
-
-
-def whereabouts(command: Array | None, measured: Array, rest: float) -> Array:
-    """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere.
-
-    Args:
-        command: Joints last commanded [rad], shape (6,); None: nothing is.
-        measured: Joints of the newest sample; NaN before the first.
-        rest: Time [s] since what is commanded came to rest; 0 while it moves.
-
-    Raises:
-        NotReadyError: Neither is known.
-    """
-    if command is not None and (rest < _SETTLING or np.abs(measured - command).max() <= _ASTRAY):
-        return command
-    if not np.isfinite(measured).all():
-        raise NotReadyError("no state from the controller yet; check host, port and udp_port")
-    return measured
-
-
-_WAY_BACK = 0.8  # [rad] back on a joint move that met something
-_BACK_JOINTS = Pace(1.0, 4.0, 800.0)
-_STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
-# braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
-# than that overshoots and comes back
-_STOP_JOINTS = Pace(0.0, 10.0, 2000.0)
-_STOP_WITHIN = 0.02  # [m] in which a tool path is left, or at least most of its speed
-_JOINT_MOVES = (Kind.TRANSIT, Kind.HOME, Kind.SENT, Kind.STREAM)  # through free air, lengths in [rad]
+# through free air, lengths in [rad]
+_JOINT_MOVES = (MotionKind.TRANSIT, MotionKind.HOME, MotionKind.PROGRAM, MotionKind.STREAM)
 _STATE_OF = {  # in which a motion of a kind may go on after a stop
-    Kind.TRANSIT: State.APPROACH,
-    Kind.SEEK: State.APPROACH,
-    Kind.HOME: State.APPROACH,
-    Kind.SENT: State.APPROACH,
-    Kind.STREAM: State.APPROACH,
-    Kind.SCRUB: State.CONTACT,
-    Kind.LEAVE: State.RETRACTING,
+    MotionKind.TRANSIT: State.APPROACH,
+    MotionKind.SEEK: State.APPROACH,
+    MotionKind.HOME: State.APPROACH,
+    MotionKind.PROGRAM: State.APPROACH,
+    MotionKind.STREAM: State.APPROACH,
+    MotionKind.SCRUB: State.CONTACT,
+    MotionKind.LEAVE: State.RETRACTING,
 }
 
 
 class CommandedMotion:
     """Gives the joints to command, period by period. Not thread-safe."""
 
-    def __init__(self, way_out: WayOut, period: float) -> None:
+    def __init__(self, retract_path: RetractPath, period: float) -> None:
         """Nothing is commanded yet.
 
         Args:
-            way_out: Gives the way off the skin.
+            retract_path: Gives the way off the skin.
             period: Of the commands [s].
         """
         self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
         self.runner: PathRunner | None = None
-        self.kind = Kind.TRANSIT
-        self._way_out, self._period = way_out, period
+        self.kind = MotionKind.TRANSIT
+        self._retract_path, self._period = retract_path, period
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
 
@@ -101,7 +88,7 @@ class CommandedMotion:
             self._trail is None or self._trail[0].at_rest
         )
 
-    def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+    def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
         """Start from rest.
 
         Raises:
@@ -120,7 +107,7 @@ class CommandedMotion:
         Raises:
             NotReadyError: When no path is being followed.
         """
-        if self.runner is None or self.kind is not Kind.SCRUB:
+        if self.runner is None or self.kind is not MotionKind.SCRUB:
             raise NotReadyError("the arm follows no path any more")
         self.runner.replace(path)
 
@@ -130,7 +117,7 @@ class CommandedMotion:
         Raises:
             NotReadyError: When no stream is being followed.
         """
-        if self.runner is None or self.kind is not Kind.STREAM:
+        if self.runner is None or self.kind is not MotionKind.STREAM:
             raise NotReadyError("the arm follows no stream any more")
         self.runner.rebase(path, cut)
 
@@ -160,7 +147,7 @@ class CommandedMotion:
 
     def slow(self, share: float) -> None:
         """Let a scrub motion use a share of its speed, 0..1."""
-        if self.runner is not None and self.kind is Kind.SCRUB:
+        if self.runner is not None and self.kind is MotionKind.SCRUB:
             self.runner.share = share
 
     def leave(self, start: Array) -> None:
@@ -178,10 +165,10 @@ class CommandedMotion:
             self.brake()
             self._trail = (self.runner, self.runner.path.at(self.runner.length))
         if self._trail is not None and self.kind in _JOINT_MOVES:
-            path, pace = self._trail[0].path.back_from(self._trail[0].length, _WAY_BACK), _BACK_JOINTS
+            path, pace = self._trail[0].path.back_from(self._trail[0].length, _BACK_OFF), _BACK_JOINTS
         else:
-            path, pace = self._way_out.path(start), self._way_out.pace
-        self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), Kind.LEAVE, pace
+            path, pace = self._retract_path.path(start), self._retract_path.pace
+        self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), MotionKind.LEAVE, pace
 
     def leave_follower(self, start: Array) -> None:
         """Leave someone who has come after the arm: what lies behind it now is no way it came.
@@ -190,7 +177,7 @@ class CommandedMotion:
             UnreachableError: As `leave`; a CollisionError when something known is in the way.
         """
         self.leave(start)
-        self._way_out.demand_free(self.runner.path)
+        self._retract_path.demand_free(self.runner.path)
 
     def stand_at(self, joints: Array) -> None:
         """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""
@@ -222,3 +209,21 @@ class CommandedMotion:
         RM65_LIMITS.check_step(self.command, joints, self._period)
         self.command = joints
         return joints
+
+
+def standing_joints(command: Array | None, measured: Array, rest: float) -> Array:
+    """Joints [rad], shape (6,): last commanded, or measured where nothing was or the arm is elsewhere.
+
+    Args:
+        command: Joints last commanded [rad], shape (6,); None: nothing is.
+        measured: Joints of the newest sample; NaN before the first.
+        rest: Time [s] since what is commanded came to rest; 0 while it moves.
+
+    Raises:
+        NotReadyError: Neither is known.
+    """
+    if command is not None and (rest < _SETTLING or np.abs(measured - command).max() <= _ASTRAY):
+        return command
+    if not np.isfinite(measured).all():
+        raise NotReadyError("no state from the controller yet; check host, port and udp_port")
+    return measured

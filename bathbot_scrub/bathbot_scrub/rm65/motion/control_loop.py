@@ -18,19 +18,19 @@ from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import comfort
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.states import Action, Alarm, State
-from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, AtWork, Watchdogs, gravest
+from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, IdleContact, Watchdogs, gravest
 from bathbot_scrub.rm65.motion.commanded_motion import (
     ARRIVALS,
     MORE_MAY_COME,
     CommandedMotion,
-    Kind,
-    whereabouts,
+    MotionKind,
+    standing_joints,
 )
-from bathbot_scrub.rm65.motion.controller_link import Link, Sensed
+from bathbot_scrub.rm65.motion.controller_link import ControllerLink, Sensed
 from bathbot_scrub.rm65.paths.joint_path import JointPath
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
-from bathbot_scrub.rm65.paths.retract_path import Retract, WayOut
+from bathbot_scrub.rm65.paths.retract_path import Retract, RetractPath
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.rm65.timing.beat import Beat, Pulse, SteadyThread
 from bathbot_scrub.rm65.timing.stream_statistics import CommandLog
@@ -48,8 +48,8 @@ class ControlLoop:
 
     def __init__(
         self,
-        link: Link,
-        planner: Planner,
+        link: ControllerLink,
+        planner: MotionPlanner,
         guard: ForceGuard,
         settings: DriverSettings,
         warn: Callable[[str], None],
@@ -69,9 +69,9 @@ class ControlLoop:
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
-        self._way_out = WayOut(planner, Retract(settings.retract_distance, settings.retract_speed))
-        self.motion = CommandedMotion(self._way_out, self._period)
-        self._at_work, self._rest, self._pulse = AtWork(), 0.0, Pulse()
+        self._retract_path = RetractPath(planner, Retract(settings.retract_distance, settings.retract_speed))
+        self.motion = CommandedMotion(self._retract_path, self._period)
+        self._idle_contact, self._rest, self._pulse = IdleContact(), 0.0, Pulse()
         self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
 
     def resume(self) -> None:
@@ -95,16 +95,16 @@ class ControlLoop:
         """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
         still = self._rest if self.motion.runner is None else math.inf
         rest = 0.0 if self.guard.moving else still
-        return whereabouts(self.motion.command, self._link.sense().joints, rest)
+        return standing_joints(self.motion.command, self._link.sense().joints, rest)
 
     def alarm(self) -> Alarm:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
         now = time.monotonic()
-        activity = self._at_work.judge(self.guard, self.path_open, now)
-        self.alarms = self._watchdogs.judge(self._link.signs(now, activity), now)
+        activity = self._idle_contact.judge(self.guard, self.path_open, now)
+        self.alarms = self._watchdogs.judge(self._link.signals(now, activity), now)
         return gravest(self.alarms)
 
-    def begin(self, path: JointPath, pace: Pace, kind: Kind) -> None:
+    def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
         """Start a motion from rest; the caller holds the lock and has set the guard's state.
 
         Raises:
@@ -130,7 +130,7 @@ class ControlLoop:
     def forget(self) -> None:
         """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
-        self._link.vitals.command(None, time.monotonic())
+        self._link.health.command(None, time.monotonic())
         self.guard.rest()
         self.log.pause()
         self.lock.notify_all()
@@ -170,11 +170,11 @@ class ControlLoop:
             raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
 
     def _send(self, joints: Array) -> None:
-        """Send a command; use the pause behind it to plan the way out."""
+        """Send a command; use the pause behind it to plan the path off the skin."""
         self._link.client.stream_joints(joints)
         self.log.sent(time.monotonic())
-        if self.guard.touching and self.motion.kind is not Kind.LEAVE:
-            self._way_out.prepare(joints)
+        if self.guard.touching and self.motion.kind is not MotionKind.LEAVE:
+            self._retract_path.prepare(joints)
 
     def _fail(self, reason: str) -> None:
         with self.lock:
@@ -187,7 +187,7 @@ class ControlLoop:
 
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(), self.alarm()
-        followed = self.motion.kind is Kind.LEAVE or not self.guard.engaged
+        followed = self.motion.kind is MotionKind.LEAVE or not self.guard.engaged
         action = self.guard.check(sensed.reading, alarm)
         if action is Action.RETRACT:
             self.log.answer(self.guard.over_since)
@@ -229,7 +229,7 @@ class ControlLoop:
             self.forget()
             return None
         joints = motion.step()
-        self._link.vitals.command(joints, time.monotonic())
+        self._link.health.command(joints, time.monotonic())
         if motion.runner is not None and motion.at_rest:
             self._at_rest(motion.runner)
         return joints

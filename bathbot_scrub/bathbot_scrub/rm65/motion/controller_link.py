@@ -20,7 +20,7 @@ from bathbot_scrub.rm65.force.tool_weight import ToolWeight
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench, WrenchFilter
 from bathbot_scrub.rm65.force.zeroing import Zeroing
 from bathbot_scrub.rm65.guard.force_checks import Reading
-from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signs, VitalSigns
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, SignalHealth, Signals
 from bathbot_scrub.rm65.settings import DriverSettings
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Sensed(NamedTuple):
     joints: Array  # [rad], shape (6,); NaN before the first sample
 
 
-class Link:
+class ControllerLink:
     """TCP client and UDP receiver of one controller, set up as the driver needs them."""
 
     def __init__(self, settings: DriverSettings, warn: Callable[[str], None]) -> None:
@@ -57,7 +57,7 @@ class Link:
         self._filter_lock = threading.Lock()
         self._tool = ToolWeight(settings.tool_mass, np.array(settings.tool_centre))
         self._pull_at_zero = np.zeros(6)  # of the tool [N, Nm], in the posture of the last zeroing
-        self.vitals = VitalSigns(settings.following_tolerance, 1.0 / settings.rate)
+        self.health = SignalHealth(settings.following_tolerance, 1.0 / settings.rate)
         self.wrench: HeadWrench | None = None
         self.sample: ArmSample | None = None
         self.trouble = "not yet connected"
@@ -68,7 +68,7 @@ class Link:
         self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
-        self.receiver = StateReceiver(settings.udp_port, self._take, self.vitals.refuse)
+        self.receiver = StateReceiver(settings.udp_port, self._take, self.health.refuse)
         self.client = ArmClient(settings.host, settings.port, self._connection)
         clear = {"command": "clear_force_data"}
         self.zeroing = Zeroing(
@@ -96,12 +96,12 @@ class Link:
         reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.rise, age)
         return Sensed(reading, sample.joints)
 
-    def signs(self, now: float, activity: Activity) -> Signs:
+    def signals(self, now: float, activity: Activity) -> Signals:
         """What the watchdogs judge, at `now` [s] of time.monotonic()."""
         asked = self._asked
         waited = max(now - asked, 0.0) if asked is not None else 0.0
         reason = self.trouble or self.client.connection.reason
-        return self.vitals.signs(now, Connected(self.connected, reason, waited, self._powered), activity)
+        return self.health.signals(now, Connected(self.connected, reason, waited, self._powered), activity)
 
     def clear_errors(self) -> None:
         """Ask the controller to forget the errors it keeps.
@@ -136,7 +136,7 @@ class Link:
             external = sample.wrench - (self._pull(sample) - self._pull_at_zero)
             self.wrench = self._filter.update(sample.stamp, external)
         self.sample = sample
-        self.vitals.sample(sample)
+        self.health.sample(sample)
         self._news()
 
     def _pull(self, sample: ArmSample) -> Array:

@@ -12,11 +12,11 @@ from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD
 from bathbot_scrub.rm65.errors import ArmError, CanceledError, NotReadyError
 from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.streamed_path import StreamedPath
 from bathbot_scrub.rm65.paths.joint_path import JointPath, timed_path
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 
@@ -27,10 +27,10 @@ _POLL = 0.1  # [s] between looks at a motion that somebody waits for
 _SAID = "a program moves the arm"
 
 
-class SentMoves:
+class ProgramMoves:
     """Begins motions; one at a time, refused while the arm does anything else."""
 
-    def __init__(self, loop: ControlLoop, planner: Planner, limits: ForceLimits) -> None:
+    def __init__(self, loop: ControlLoop, planner: MotionPlanner, limits: ForceLimits) -> None:
         """Work with these parts of a driver."""
         self._loop, self._planner, self._limits = loop, planner, limits
         self._stream: StreamedPath | None = None
@@ -92,7 +92,7 @@ class SentMoves:
             self._check_stream()  # a stop may have come meanwhile
             if stream is None:
                 self._loop.guard.begin_approach(self._limits.gentlest(), _SAID)
-                self._loop.begin(path, self._planner.joint_pace, Kind.STREAM)
+                self._loop.begin(path, self._planner.joint_pace, MotionKind.STREAM)
             else:
                 self._loop.motion.retarget(path, cut)
                 self._loop.guard.moving = True
@@ -117,7 +117,7 @@ class SentMoves:
         with self._loop.lock:
             over = now - self._last_frame > SILENCE and not self._loop.guard.moving
             if self._stream is not None and over:
-                if self._following():
+                if self._follows_stream():
                     self._loop.motion.stand()
                     self._loop.guard.arrived("the stream of joints is over")
                 self._stream = None
@@ -125,7 +125,7 @@ class SentMoves:
 
     def _check_stream(self) -> None:
         """Refuse frames behind a stop, or behind anything else that ended their stream."""
-        if self._stopped or (self._stream is not None and not self._following()):
+        if self._stopped or (self._stream is not None and not self._follows_stream()):
             raise NotReadyError(
                 f"the stream was given up: {self._loop.guard.reason or 'stopped'}; pause it for {SILENCE} s, "
                 "then begin again where the arm stands"
@@ -135,11 +135,11 @@ class SentMoves:
         solutions = solve_head(self._planner.kinematics, T_base_flange @ T_FLANGE_HEAD, self._planner.limits)
         return nearest(solutions, seed, self._planner.limits)
 
-    def _following(self) -> bool:
+    def _follows_stream(self) -> bool:
         """Whether a stream is being followed still."""
         loop = self._loop
         motion, state = loop.motion, loop.guard.state
-        return motion.kind is Kind.STREAM and motion.runner is not None and state is State.APPROACH
+        return motion.kind is MotionKind.STREAM and motion.runner is not None and state is State.APPROACH
 
     def _length(self) -> float:
         runner = self._loop.motion.runner
@@ -152,7 +152,7 @@ class SentMoves:
         loop = self._loop
         with loop.lock:
             loop.guard.begin_approach(self._limits.gentlest(), _SAID)
-            loop.begin(path, pace, Kind.SENT)
+            loop.begin(path, pace, MotionKind.PROGRAM)
             while loop.guard.moving or loop.guard.paused or loop.guard.waiting:
                 loop.lock.wait(_POLL)
             if loop.guard.state is not State.FREE:
@@ -163,7 +163,7 @@ class SentMoves:
         return CanceledError(f"the move ended in {guard.state.name}: {guard.reason or 'stopped'}")
 
 
-def _joint_path(distances: Array, joints: Array, speed: float, planner: Planner) -> JointPath:
+def _joint_path(distances: Array, joints: Array, speed: float, planner: MotionPlanner) -> JointPath:
     """A way of the head as a path in joint space, so that it ends, brakes and turns back as those do.
 
     Args:

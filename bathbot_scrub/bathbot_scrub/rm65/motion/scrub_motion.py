@@ -6,10 +6,10 @@ from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.errors import ArmError, NotReadyError
 from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.rm65.motion.commanded_motion import Kind
+from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath, Segment
-from bathbot_scrub.rm65.paths.motion_planner import Planner, line_pace
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
 
 
@@ -28,7 +28,7 @@ class ScrubMotion:
     """Hands segments to the control loop. Thread-safe."""
 
     def __init__(
-        self, loop: ControlLoop, planner: Planner, limits: ForceLimits, settings: DriverSettings
+        self, loop: ControlLoop, planner: MotionPlanner, limits: ForceLimits, settings: DriverSettings
     ) -> None:
         """Work with these parts of a driver."""
         self._loop, self._planner, self._limits, self._settings = loop, planner, limits, settings
@@ -52,7 +52,7 @@ class ScrubMotion:
     def progress(self) -> Progress:
         """Where the head is; the caller holds the loop's lock."""
         path, runner = self._path, self._loop.motion.runner
-        if path is None or runner is None or self._loop.motion.kind is not Kind.SCRUB:
+        if path is None or runner is None or self._loop.motion.kind is not MotionKind.SCRUB:
             return Progress(path.path_id if path else 0, 0, 0, 0.0, False, False)
         return Progress(
             path.path_id,
@@ -90,7 +90,7 @@ class ScrubMotion:
         with loop.lock:
             self._require_contact()
             loop.guard.region = region
-            loop.begin(path.path, pace, Kind.SCRUB)
+            loop.begin(path.path, pace, MotionKind.SCRUB)
             self._path, loop.path_open = path, not segment.last
 
     def _require_contact(self) -> None:
@@ -105,7 +105,7 @@ class ScrubMotion:
 
     def _length(self, path: ScrubPath) -> float:
         runner = self._loop.motion.runner
-        if runner is None or self._loop.motion.kind is not Kind.SCRUB:
+        if runner is None or self._loop.motion.kind is not MotionKind.SCRUB:
             guard = self._loop.guard
             raise NotReadyError(
                 f"path {path.path_id} was given up: {guard.reason or guard.state.name}; begin a new one"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.errors import InvalidPoseError, NotReadyError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
-from bathbot_scrub.rm65.paths.motion_planner import LINE_DECELERATION, Planner
+from bathbot_scrub.rm65.paths.motion_planner import LINE_DECELERATION, MotionPlanner
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path, timed_tool_path
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class ScrubPath:
     """The path being followed. Immutable but for `extend`, which only adds at the end."""
 
     def __init__(
-        self, first: Segment, planner: Planner, joints: Array, lead_in: Array, top_speed: float
+        self, first: Segment, planner: MotionPlanner, joints: Array, lead_in: Array, top_speed: float
     ) -> None:
         """Begin with segment 0.
 

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import NotReadyError
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 
 Array = NDArray[np.float64]
 LARGEST_FRAME = np.radians(10.0)  # [rad] of a joint between frames, as the controller has it
@@ -15,7 +15,7 @@ KEPT = 1.0  # [rad] behind the arm: the way back when it meets something
 class StreamedPath:
     """The frames of a stream of joints as one path; s is the travel of the fastest joint [rad]."""
 
-    def __init__(self, start: ArrayLike, planner: Planner) -> None:
+    def __init__(self, start: ArrayLike, planner: MotionPlanner) -> None:
         """Begin at `start` [rad], shape (6,)."""
         self._planner = planner
         self._lengths, self._joints = np.zeros(1), np.asarray(start, dtype=float)[None]

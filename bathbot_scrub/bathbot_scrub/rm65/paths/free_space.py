@@ -1,4 +1,4 @@
-"""Ways through free air between a posture next to the person and one that is not.
+"""Joints to pass on paths through free air between a posture next to the person and one that is not.
 
 What the camera does not see of a body is not known, so no link may pass the plane through the end nearest to
 the person, whatever `Surroundings` may say of the points that are known.
@@ -22,44 +22,6 @@ Array = NDArray[np.float64]
 _STEP = 0.01  # [m] between samples over the skin
 _FARTHEST = 0.3  # [m] from the stand-off; from farther away the skin between is not known
 _SAME = 0.05  # [rad] within which two postures are one
-
-
-def way_back(
-    kinematics: Kinematics, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
-) -> list[Array]:
-    """Joints [rad] to pass after `start`, home the last.
-
-    Args:
-        kinematics: The arm.
-        start: Joints now, shape (6,).
-        came: From home to the stand-off.
-        home: Where to end, shape (6,).
-        limits: Of the joints.
-
-    Raises:
-        UnreachableError: The arm did not come from home, or its stand-off is far off or on another branch.
-    """
-    start, home = np.asarray(start, dtype=float), np.asarray(home, dtype=float)
-    if np.abs(came.joints[0] - home).max() > _SAME:
-        raise UnreachableError("the arm did not come from home")
-    now, standoff = kinematics.head(start), kinematics.head(came.joints[-1])
-    away = now[:3, 3] - standoff[:3, 3]
-    if np.linalg.norm(away) > _FARTHEST:
-        raise UnreachableError(f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m")
-    over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
-    _, dense = densify(np.stack([now, over, standoff]), _STEP)
-    across = solve_path(kinematics, dense, start, limits)
-    wound = across[-1] - came.joints[-1]
-    if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
-        raise UnreachableError("the arm stands on another branch than it came on")
-    left = came.lengths / max(came.end, 1e-9)
-    back = came.joints + left[:, None] * wound
-    way = [*across[1:], *back[-2::-1], home]
-    if not limits.contain(way).all():
-        raise UnreachableError("on the way back a joint would pass its limit")
-    return way
-
-
 _PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next to the person
 _DETOUR = 1.6  # longest way of the head over the straight distance
 _DETOUR_FREE = 0.15  # [m] that are no detour
@@ -68,14 +30,14 @@ _GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wri
 
 
 @dataclass(frozen=True, slots=True)
-class FreeWay:
-    """Finds ways for one arm."""
+class FreeSpace:
+    """Finds the way through it for one arm, as joints to pass."""
 
     kinematics: Kinematics
     home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
     limits: JointLimits
 
-    def ways(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
+    def waypoints(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
         """Joints to pass from `near` the person to `far`, the last left out: one list for each clear way.
 
         The most direct comes first; others go straight back from the person before the joints fold.
@@ -154,3 +116,39 @@ class FreeWay:
         frames = self.kinematics.link_frames(joints)
         heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
         return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
+
+
+def waypoints_home(
+    kinematics: Kinematics, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
+) -> list[Array]:
+    """Joints [rad] to pass after `start`, home the last.
+
+    Args:
+        kinematics: The arm.
+        start: Joints now, shape (6,).
+        came: From home to the stand-off.
+        home: Where to end, shape (6,).
+        limits: Of the joints.
+
+    Raises:
+        UnreachableError: The arm did not come from home, or its stand-off is far off or on another branch.
+    """
+    start, home = np.asarray(start, dtype=float), np.asarray(home, dtype=float)
+    if np.abs(came.joints[0] - home).max() > _SAME:
+        raise UnreachableError("the arm did not come from home")
+    now, standoff = kinematics.head(start), kinematics.head(came.joints[-1])
+    away = now[:3, 3] - standoff[:3, 3]
+    if np.linalg.norm(away) > _FARTHEST:
+        raise UnreachableError(f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m")
+    over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
+    _, dense = densify(np.stack([now, over, standoff]), _STEP)
+    across = solve_path(kinematics, dense, start, limits)
+    wound = across[-1] - came.joints[-1]
+    if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
+        raise UnreachableError("the arm stands on another branch than it came on")
+    left = came.lengths / max(came.end, 1e-9)
+    back = came.joints + left[:, None] * wound
+    way = [*across[1:], *back[-2::-1], home]
+    if not limits.contain(way).all():
+        raise UnreachableError("on the way back a joint would pass its limit")
+    return way

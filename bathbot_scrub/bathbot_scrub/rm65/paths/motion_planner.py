@@ -1,6 +1,7 @@
 """Plans the arm's motions as joint paths, before anything moves: to a stand-off, straight lines, home.
 
-What cannot be done is refused here, with the reason.
+A pose can be held in up to eight postures; `postures` says which are the best to go to, the planner takes the
+first to which a path meets nothing. What cannot be done is refused here, with the reason.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,50 +24,26 @@ from bathbot_scrub.rm65.arm.inverse_kinematics import (
 from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
-from bathbot_scrub.rm65.paths.free_space import FreeWay, way_back
+from bathbot_scrub.rm65.paths.free_space import FreeSpace, waypoints_home
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.tool_path import SAMPLE_STEP, densify, solve_path, timed_tool_path
 
-Array = NDArray[np.float64]
-_ROOM = 0.7  # [rad] wanted about a posture that paths begin from
-_ROOM_WEIGHT = 10.0  # its worth against travel
-
-
-def postures(kinematics: Kinematics, T_base_head: Array, start: Array, limits: JointLimits) -> Array:
-    """Joints [rad], shape (N, 6), that hold the head at a pose, (4, 4), the best to go to from `start` first.
-
-    Raises:
-        UnreachableError: When there are none; with the reason.
-    """
-    solutions = within_limits(unwind(solve_head(kinematics, T_base_head, limits), start), limits)
-    cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - _room(solutions, limits))
-    order = np.argsort(cost)[: np.isfinite(cost).sum()]
-    if not len(order):
-        place = "({:.3f}, {:.3f}, {:.3f}) m".format(*T_base_head[:3, 3])
-        why = why_unreachable(kinematics, T_base_head, limits)
-        raise UnreachableError(f"no joint solution for the head at {place}: {why}")
-    return solutions[order]
-
-
-def _room(joints: Array, limits: JointLimits) -> Array:
-    """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
-    room = np.minimum(limits.upper - joints, joints - limits.lower).min(-1)
-    return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)
-
-
 if TYPE_CHECKING:  # it loads Pinocchio, which not everybody who plans needs
     from bathbot_scrub.rm65.paths.surroundings import Surroundings
 
+Array = NDArray[np.float64]
+_ROOM = 0.7  # [rad] wanted about a posture that paths begin from
+_ROOM_WEIGHT = 10.0  # its worth against travel
 LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are met
 _NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
-_WAYS = 6  # tried for each posture; checking one takes some milliseconds
+_TRIED = 6  # tried for each posture; checking one takes some milliseconds
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
 
 @dataclass(frozen=True, slots=True)
-class Planner:
+class MotionPlanner:
     """Plans for one arm."""
 
     kinematics: Kinematics
@@ -105,7 +82,7 @@ class Planner:
                 is in the way.
             NotReadyError: The body was seen too long ago.
         """
-        return next(self._ways_to(np.asarray(start, dtype=float), T_base_head, patch))
+        return next(self._paths_to(np.asarray(start, dtype=float), T_base_head, patch))
 
     def to_touch(
         self, start: ArrayLike, T_base_target: Array, standoff: float, extra: float, cap: float
@@ -124,7 +101,7 @@ class Planner:
         """
         patch = T_base_target[None, :3, 3]
         first = None
-        for way in self._ways_to(np.asarray(start, dtype=float), retreated(T_base_target, standoff), patch):
+        for way in self._paths_to(np.asarray(start, dtype=float), retreated(T_base_target, standoff), patch):
             try:
                 line = self.line(way.joints[-1], standoff + extra, cap)
                 self.check(line.joints, patch)
@@ -147,10 +124,10 @@ class Planner:
         patch = self.kinematics.head(start)[None, :3, 3]
         if came is not None:
             with suppress(UnreachableError):  # another way follows
-                way = way_back(self.kinematics, start, came, self.home, self.limits)
+                way = waypoints_home(self.kinematics, start, came, self.home, self.limits)
                 return self._first_clear([self.joint_path(start, *way)], patch)
         side = retreated(self.kinematics.head(start), -_NEAR_SIDE)
-        ways = self._free.ways(start, self.home, side)
+        ways = self._free_space.waypoints(start, self.home, side)
         return self._first_clear((self.joint_path(start, *way[1:], self.home) for way in ways), patch)
 
     def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
@@ -169,13 +146,13 @@ class Planner:
             self.surroundings.trust()
             self.surroundings.check(joints, T_base_heads[:, :3, 3], self.surroundings.scrub_margin)
 
-    def _ways_to(self, start: Array, T_base_head: Array, patch: ArrayLike) -> Iterator[JointPath]:
+    def _paths_to(self, start: Array, T_base_head: Array, patch: ArrayLike) -> Iterator[JointPath]:
         """Clear joint paths to a head pose, one for each solution that has one, the best first."""
         if self.surroundings is not None:
             self.surroundings.trust()
         first, found = None, False
         for posture in postures(self.kinematics, T_base_head, start, self.limits):
-            ways = self._free.ways(posture, start, T_base_head)
+            ways = self._free_space.waypoints(posture, start, T_base_head)
             try:
                 path = self._first_clear((self.joint_path(start, *reversed(way)) for way in ways), patch)
             except UnreachableError as error:
@@ -191,7 +168,7 @@ class Planner:
     def _first_clear(self, paths: Iterable[JointPath], patch: ArrayLike) -> JointPath:
         """The first of some paths that meets nothing; else the error of the first."""
         first = None
-        for path in islice(paths, _WAYS):
+        for path in islice(paths, _TRIED):
             try:
                 self.check(path.joints, patch)
                 return path
@@ -200,8 +177,8 @@ class Planner:
         raise first or UnreachableError("no way")
 
     @property
-    def _free(self) -> FreeWay:
-        return FreeWay(self.kinematics, self.home, self.limits)
+    def _free_space(self) -> FreeSpace:
+        return FreeSpace(self.kinematics, self.home, self.limits)
 
     def tool_path(
         self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP
@@ -275,3 +252,25 @@ def line_pace(speed: float, acceleration: float) -> Pace:
 
 def _place(T: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f}) m".format(*T[:3, 3])
+
+
+def postures(kinematics: Kinematics, T_base_head: Array, start: Array, limits: JointLimits) -> Array:
+    """Joints [rad], shape (N, 6), that hold the head at a pose, (4, 4), the best to go to from `start` first.
+
+    Raises:
+        UnreachableError: When there are none; with the reason.
+    """
+    solutions = within_limits(unwind(solve_head(kinematics, T_base_head, limits), start), limits)
+    cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - _room(solutions, limits))
+    order = np.argsort(cost)[: np.isfinite(cost).sum()]
+    if not len(order):
+        place = "({:.3f}, {:.3f}, {:.3f}) m".format(*T_base_head[:3, 3])
+        why = why_unreachable(kinematics, T_base_head, limits)
+        raise UnreachableError(f"no joint solution for the head at {place}: {why}")
+    return solutions[order]
+
+
+def _room(joints: Array, limits: JointLimits) -> Array:
+    """How far joints [rad], shape (..., 6), may turn to a limit or a flip of the wrist, 0.._ROOM."""
+    room = np.minimum(limits.upper - joints, joints - limits.lower).min(-1)
+    return np.clip(np.minimum(room, np.abs(joints[..., 4])), 0.0, _ROOM)

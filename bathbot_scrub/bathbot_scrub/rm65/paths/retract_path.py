@@ -1,4 +1,4 @@
-"""The way off the skin, planned before it is needed.
+"""The path off the skin, planned before it is needed.
 
 A straight line along the outward normal takes a few milliseconds to plan; it is planned in the pauses of
 the control loop, while the head touches. A head that has moved on meanwhile by a few millimetres takes the
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.errors import CollisionError, UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
-from bathbot_scrub.rm65.paths.motion_planner import Planner
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 
 Array = NDArray[np.float64]
@@ -44,11 +44,11 @@ class Retract(NamedTuple):
         return Pace(self.speed, self.acceleration, self.jerk)
 
 
-class WayOut:
+class RetractPath:
     """Keeps one line ready."""
 
     def __init__(
-        self, planner: Planner, retract: Retract, clock: Callable[[], float] = time.monotonic
+        self, planner: MotionPlanner, retract: Retract, clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Plan with `planner`, as `retract` says; `clock` gives the time now [s]."""
         self._planner, self._retract, self._clock = planner, retract, clock

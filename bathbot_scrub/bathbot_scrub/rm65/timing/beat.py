@@ -1,4 +1,8 @@
-"""A thread that works on a steady beat, and at once whenever something new has come."""
+"""Keeping time: a beat that does not drift, and threads that work on it.
+
+`Beat` says when the next is due and `Pulse` for how long its owner was held up; `Ticker` calls at a steady
+rate; `SteadyThread` works on a beat, and at once whenever something new has come.
+"""
 
 import signal
 import threading

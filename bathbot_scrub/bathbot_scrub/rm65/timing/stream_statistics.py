@@ -1,4 +1,4 @@
-"""How regular the stream of commands is, and how soon it answers to force."""
+"""How regular the stream of commands is, how soon it answers to force, and the log that accounts for both."""
 
 from collections import deque
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, PERIOD, TARGET, TOUCH, joints_at, straight
 from bathbot_scrub.rm65.errors import CollisionError
-from bathbot_scrub.rm65.motion.commanded_motion import CommandedMotion, Kind
-from bathbot_scrub.rm65.paths.motion_planner import Planner, line_pace
-from bathbot_scrub.rm65.paths.retract_path import Retract, WayOut
+from bathbot_scrub.rm65.motion.commanded_motion import CommandedMotion, MotionKind
+from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
+from bathbot_scrub.rm65.paths.retract_path import Retract, RetractPath
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given, settings
@@ -17,9 +17,9 @@ CONTROLLER = np.radians(600.0)  # [rad/s^2] that the controller lets joints have
 RETRACT = Retract(0.10, 0.25)
 
 
-def way_out():
+def retract_path():
     around = Surroundings(ARM, DriverSettings(), lambda: 100.0)
-    return around, WayOut(Planner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around), RETRACT)
+    return around, RetractPath(MotionPlanner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around), RETRACT)
 
 
 def distance_left(path):
@@ -34,11 +34,11 @@ def beside_the_elbow(joints):
 
 
 def test_without_a_body_it_is_as_long_as_asked():
-    assert distance_left(way_out()[1].path(TOUCH)) == pytest.approx(RETRACT.distance, abs=1e-6)
+    assert distance_left(retract_path()[1].path(TOUCH)) == pytest.approx(RETRACT.distance, abs=1e-6)
 
 
 def test_it_ends_before_what_is_behind_the_arm_and_what_is_elsewhere_does_not_matter():
-    around, out = way_out()
+    around, out = retract_path()
     free = out.path(TOUCH)
     around.see([[0.0, 0.9, 0.9]], 100.0)
     assert out.path(TOUCH).end == free.end
@@ -52,7 +52,7 @@ def test_it_ends_before_what_is_behind_the_arm_and_what_is_elsewhere_does_not_ma
 
 
 def test_the_skin_is_left_whatever_is_behind_the_arm():
-    around, out = way_out()
+    around, out = retract_path()
     first = out.path(TOUCH).joints
     around.see(np.concatenate([beside_the_elbow(q) for q in first[5:]]), 100.0)
     part = out.path(TOUCH)
@@ -62,7 +62,7 @@ def test_the_skin_is_left_whatever_is_behind_the_arm():
 
 
 def test_a_way_that_was_ready_is_shortened_too():
-    around, out = way_out()
+    around, out = retract_path()
     around.see(beside_the_elbow(out.path(TOUCH).joints[-1]), 100.0)
     out.prepare(TOUCH)
     assert distance_left(out.path(TOUCH + 0.002)) <= 0.8 * RETRACT.distance
@@ -71,7 +71,7 @@ def test_a_way_that_was_ready_is_shortened_too():
 def test_whoever_comes_behind_the_arm_while_it_rests_is_seen():
     now = 100.0
     around = Surroundings(ARM, DriverSettings(), lambda: now)
-    out = WayOut(Planner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around), RETRACT, lambda: now)
+    out = RetractPath(MotionPlanner(ARM, HOME, JOINT_PACE, 0.5, surroundings=around), RETRACT, lambda: now)
     out.prepare(TOUCH)
     around.see(beside_the_elbow(out.path(TOUCH).joints[-1]), now)
     now += 1.1
@@ -85,10 +85,10 @@ def test_no_joint_is_told_to_stop_harder_than_it_can(turn, speed, until):
     """The head turns about its axis, fast, while it is slow: joint 6 must not overshoot and come back."""
     poses = straight(0.04, 81)
     poses[:, :3, :3] @= Rotation.from_euler("z", np.linspace(0.0, turn, 81)[:, None]).as_matrix()
-    planner = Planner(ARM, HOME, JOINT_PACE, 0.5)
+    planner = MotionPlanner(ARM, HOME, JOINT_PACE, 0.5)
     path = planner.tool_path(joints_at(poses[0]), poses, speed)
-    motion = CommandedMotion(WayOut(planner, RETRACT), PERIOD)
-    motion.begin(path, line_pace(0.1, 0.3), Kind.SCRUB)
+    motion = CommandedMotion(RetractPath(planner, RETRACT), PERIOD)
+    motion.begin(path, line_pace(0.1, 0.3), MotionKind.SCRUB)
     joints = [motion.step() for _ in range(until)]
     motion.brake()
     while not motion.at_rest:
