@@ -101,7 +101,8 @@ def picture() -> str:
 
 @pytest.mark.parametrize("folder", folders(), ids=place)
 def test_a_folder_can_be_held_in_mind(folder):
-    names = {entry.name for entry in folder.iterdir()} - {"__init__.py", "__pycache__"}
+    files = {file for file in folder.rglob("*") if file.is_file() and "__pycache__" not in file.parts}
+    names = {file.relative_to(folder).parts[0] for file in files} - {"__init__.py"}
     assert len(names) <= NAMES, sorted(names)
 
 
