@@ -1,4 +1,4 @@
-"""Read the views of a hand-eye calibration from a recorded bag, still arm poses that show the marker, and solve.
+"""Read the views of a hand-eye calibration from a bag, still arm poses that show the marker, and solve."""
 
 from bisect import bisect_left
 from collections.abc import Callable
