@@ -16,8 +16,8 @@ from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
 from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.motion.approach import Request
-from bathbot_scrub.rm65.motion.scrub_path import Segment
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.segment.segment import Segment
 
 AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
 SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import rclpy
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
-from bathbot_scrub.rm65.ros.messages import pose_message
+from bathbot_localize.messages import pose_from_transform
 from diagnostic_msgs.msg import DiagnosticArray
 from emulator_cell import READY_DEG, REGION, TARGET
 from geometry_msgs.msg import PoseStamped, WrenchStamped
@@ -153,7 +153,7 @@ class Probe:
     def goal(self, target=TARGET, region=REGION, frame="base_link", speed=0.05):
         goal = Approach.Goal(region=region, speed=speed)
         goal.target.header.frame_id = frame
-        goal.target.pose = pose_message(target)
+        goal.target.pose = pose_from_transform(target)
         return goal
 
     def send(self, goal):

@@ -9,11 +9,12 @@ from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.graph.summary_table import spread, table_rows
 from bathbot_bringup.report.report import Outcome, report_run
-from bathbot_bringup.report.run_data import CONTACT, FREE, read_run
+from bathbot_bringup.report.run_data import read_run
 from bathbot_bringup.report.truth import Truth
 from bathbot_depthcorr.ros.messages import stamp_from_seconds
 from bathbot_localize.messages import pose_from_transform
 from bathbot_localize.target.target import Target, pose_from_normal
+from bathbot_scrub.rm65.guard.states import State
 from geometry_msgs.msg import PoseStamped, Vector3
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message
@@ -102,7 +103,8 @@ def report(settings, truth):
     for time in np.arange(begin - 2.0, begin + 8.0, 0.05):
         following = begin - 0.5 < time < begin + 6.0
         writer.put("/arm_state", time, ArmState(
-            header=header(time), state=CONTACT if following else FREE, path_id=7 if following else 0,
+            header=header(time), state=State.CONTACT if following else State.FREE,
+            path_id=7 if following else 0,
             distance_along=max(SPEED * (time - begin) - 0.005, 0.0) if following else 0.0,
             force_threshold=10.0, period=0.01, period_deviation_p99=0.0004))  # fmt: skip
     writer.write(settings.out / "run.mcap")

@@ -14,7 +14,7 @@ from bathbot_bringup.evaluation.safety.measures import (
 from bathbot_bringup.sim.arm.controller.controller import STEP
 from bathbot_bringup.sim.arm.trace import TraceData
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation

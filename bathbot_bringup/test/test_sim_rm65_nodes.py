@@ -5,14 +5,16 @@ import pytest
 from action_msgs.msg import GoalStatus
 from bathbot_bringup.sim.arm.trace import load_trace
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_depthcorr.ros.pose_decoding import transforms_from_poses
+from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
-from bathbot_scrub.rm65.ros.messages import pose_message, transforms_from_poses
+from bathbot_scrub.segment.messages import message_from_segment
 from emulator_cell import TARGET, segments
 from emulator_probe import Probe, driver_node, ended, free_port, node, walled_arm
 from numpy.testing import assert_allclose
 
 from bathbot_msgs.action import Approach
-from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_msgs.msg import ArmState
 
 
 @pytest.fixture(scope="module")
@@ -29,17 +31,7 @@ def arm(probe):
 
 
 def segment_message(segment):
-    message = ScrubSegment(
-        path_id=segment.path_id,
-        index=segment.index,
-        last=segment.last,
-        region=segment.region,
-        poses=[pose_message(T) for T in segment.T_base_heads],
-        spacing=0.002,
-        speed=0.08,
-    )
-    message.header.frame_id = "base_link"
-    return message
+    return message_from_segment(segment._replace(spacing=0.002, speed=0.08))
 
 
 def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe, tmp_path):
@@ -120,7 +112,7 @@ def test_topics_agree_with_each_other(probe, arm):
     chain = np.eye(4)
     for link in tree:
         x, q = link.transform.translation, link.transform.rotation
-        pose = pose_message(np.eye(4))
+        pose = pose_from_transform(np.eye(4))
         pose.position.x, pose.position.y, pose.position.z = x.x, x.y, x.z
         pose.orientation = q
         chain = chain @ transforms_from_poses([pose])[0]

@@ -4,8 +4,9 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_depthcorr.ros.pose_decoding import transforms_from_poses
+from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.ros.messages import pose_message, transforms_from_poses
 from emulator_cell import READY_DEG
 from emulator_probe import Probe, walled_arm
 from geometry_msgs.msg import Pose
@@ -115,12 +116,12 @@ def test_moves_end_where_they_are_sent_and_tell_so(program):
     program.settle()
     assert_allclose(program.joints(), goal, atol=1e-3)
     back = Kinematics("6F").flange(READY)
-    assert program.ask("movej_p", Movejp(pose=pose_message(back), speed=50))
+    assert program.ask("movej_p", Movejp(pose=pose_from_transform(back), speed=50))
     program.settle()
     assert_allclose(program.joints(), READY, atol=1e-3)
     away = back.copy()
     away[:3, 3] -= 0.03 * back[:3, 2]
-    assert program.ask("movel", Movel(pose=pose_message(away), speed=100))
+    assert program.ask("movel", Movel(pose=pose_from_transform(away), speed=100))
     program.settle()
     assert_allclose(Kinematics("6F").flange(program.joints()), away, atol=1e-3)
     assert program.probe.state()[0] == ArmState.FREE
@@ -174,5 +175,5 @@ def test_what_cannot_be_done_is_answered_with_false(program):
     assert not program.ask("movej_p", Movejp(pose=Pose(), speed=50, trajectory_connect=1))
     far = Kinematics("6F").flange(READY)
     far[0, 3] += 2.0
-    assert not program.ask("movel", Movel(pose=pose_message(far), speed=50))
+    assert not program.ask("movel", Movel(pose=pose_from_transform(far), speed=50))
     assert program.ask("clear_force_data", Bool(data=True))

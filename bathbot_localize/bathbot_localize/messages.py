@@ -1,17 +1,14 @@
 """Between ROS messages and the arrays of this package: the one place where they meet.
 
-Images, camera_info and extrinsics are read by `bathbot_depthcorr.ros.messages`.
+Images, camera_info, extrinsics and poses are read by `bathbot_depthcorr.ros`.
 """
 
 import array
 from typing import Any, NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import (
-    quaternion_from_rotation,
-    rotation_from_quaternion,
-    transform_from,
-)
+from bathbot_depthcorr.geometry.rigid import quaternion_from_rotation
+from bathbot_depthcorr.ros.pose_decoding import transform_from_message, transform_from_pose
 from geometry_msgs.msg import Pose, Transform, TransformStamped
 from numpy.typing import ArrayLike, NDArray
 from sensor_msgs.msg import PointCloud2, PointField
@@ -41,34 +38,38 @@ class StampedTransform(NamedTuple):
     transform: Array
 
 
-def transform_from_message(message: Transform) -> Array:
-    """Transform, shape (4, 4), of a geometry_msgs/Transform."""
-    t, q = message.translation, message.rotation
-    return transform_from(rotation_from_quaternion((q.x, q.y, q.z, q.w)), (t.x, t.y, t.z))
-
-
-def message_from_transform(transform: ArrayLike) -> Transform:
-    """A geometry_msgs/Transform of a transform, shape (4, 4)."""
-    pose, message = pose_from_transform(transform), Transform()
-    t = pose.position
-    message.translation.x, message.translation.y, message.translation.z = t.x, t.y, t.z
-    message.rotation = pose.orientation
-    return message
-
-
-def transform_from_pose(message: Pose) -> Array:
-    """Transform, shape (4, 4), of a geometry_msgs/Pose: maps the posed body to the frame it is given in."""
-    t, q = message.position, message.orientation
-    return transform_from(rotation_from_quaternion((q.x, q.y, q.z, q.w)), (t.x, t.y, t.z))
+def poses_from_transforms(transforms: ArrayLike) -> list[Pose]:
+    """A geometry_msgs/Pose of each transform, shape (N, 4, 4)."""
+    transforms = np.asarray(transforms, dtype=float)
+    quaternions = quaternion_from_rotation(transforms[:, :3, :3])
+    poses = []
+    for place, quaternion in zip(transforms[:, :3, 3].tolist(), quaternions.tolist(), strict=True):
+        pose = Pose()
+        p, o = pose.position, pose.orientation
+        p.x, p.y, p.z = place
+        o.x, o.y, o.z, o.w = quaternion
+        poses.append(pose)
+    return poses
 
 
 def pose_from_transform(transform: ArrayLike) -> Pose:
     """A geometry_msgs/Pose of a transform, shape (4, 4)."""
-    transform, pose = np.asarray(transform, dtype=float), Pose()
-    p, o = pose.position, pose.orientation
-    p.x, p.y, p.z = transform[:3, 3].tolist()
-    o.x, o.y, o.z, o.w = quaternion_from_rotation(transform[:3, :3]).tolist()
-    return pose
+    return poses_from_transforms(np.asarray(transform)[None])[0]
+
+
+def messages_from_transforms(transforms: ArrayLike) -> list[Transform]:
+    """A geometry_msgs/Transform of each transform, shape (N, 4, 4)."""
+    messages = []
+    for pose in poses_from_transforms(transforms):
+        message, p = Transform(rotation=pose.orientation), pose.position
+        message.translation.x, message.translation.y, message.translation.z = p.x, p.y, p.z
+        messages.append(message)
+    return messages
+
+
+def message_from_transform(transform: ArrayLike) -> Transform:
+    """A geometry_msgs/Transform of a transform, shape (4, 4)."""
+    return messages_from_transforms(np.asarray(transform)[None])[0]
 
 
 def transforms_from_tf(message: TFMessage) -> list[StampedTransform]:

@@ -54,10 +54,10 @@ class BeforeContact:
 
     def see_arm(self, report: ArmReport) -> None:
         """Take in what the arm says."""
-        if self._free and report.mode == State.FREE:
+        if self._free and report.state == State.FREE:
             self._surface = self._fresh_surface or self._surface
             self._targets |= self._fresh_targets
-        if report.mode != State.FREE:
+        if report.state != State.FREE:
             self._fresh_surface, self._fresh_targets = None, {}
         self._report = report
 
@@ -87,9 +87,9 @@ class BeforeContact:
             NotReadyError: The arm is not in contact.
             SurfaceError: There is none, or it is too old.
         """
-        if self.arm.mode != State.CONTACT:
+        if self.arm.state != State.CONTACT:
             raise NotReadyError(
-                f"the arm is in {self.arm.mode.name}, not in CONTACT; "
+                f"the arm is in {self.arm.state.name}, not in CONTACT; "
                 "send it to the target by action approach first"
             )
         if region not in self._targets:
@@ -110,4 +110,4 @@ class BeforeContact:
 
     @property
     def _free(self) -> bool:
-        return self._report is not None and self._report.mode == State.FREE
+        return self._report is not None and self._report.state == State.FREE

@@ -1,32 +1,25 @@
-"""Between ROS messages and what this package computes with: the one place where they meet.
+"""Between ROS messages and what the planner computes with.
 
-Surfaces, contact targets and poses are read by `bathbot_localize.messages`.
+Surfaces and contact targets are read by `bathbot_localize.messages`, segments by `segment.messages`.
 """
 
 import numpy as np
-from bathbot_depthcorr.ros.messages import stamp_from_seconds, stamp_seconds
-from bathbot_localize.messages import pose_from_transform, transform_from_pose
+from bathbot_depthcorr.ros.pose_decoding import transform_from_pose
+from bathbot_localize.messages import poses_from_transforms
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
 
 from bathbot_msgs.action import Scrub
-from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
+from bathbot_msgs.msg import ArmState, ContactTargets
 from bathbot_scrub.errors import NotReadyError
-from bathbot_scrub.path.segments import Segment
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import ArmReport, Outcome
+from bathbot_scrub.segment.messages import header_at
 
 Array = NDArray[np.float64]
-BASE = "base_link"
-
-
-def header_at(stamp: float) -> Header:
-    """Header of the base frame at a time [s]."""
-    return Header(frame_id=BASE, stamp=stamp_from_seconds(stamp))
 
 
 def joints_from_state(message: JointState) -> Array:
@@ -47,27 +40,10 @@ def targets_by_region(message: ContactTargets) -> dict[str, Array]:
     return {target.region: transform_from_pose(target.pose.pose) for target in message.targets}
 
 
-def message_from_segment(
-    segment: Segment, path_id: int, region: str, spacing: float, speed: float
-) -> ScrubSegment:
-    """The message of a segment; spacing [m] and speed [m/s] along the path."""
-    return ScrubSegment(
-        header=header_at(segment.stamp), path_id=path_id, index=segment.index, last=segment.last,
-        region=region, poses=[pose_from_transform(pose) for pose in segment.poses],
-        spacing=spacing, speed=speed,
-    )  # fmt: skip
-
-
-def segment_from_message(message: ScrubSegment) -> Segment:
-    """The segment of a message; path, region, spacing and speed stay with the message."""
-    poses = np.array([transform_from_pose(pose) for pose in message.poses]).reshape(-1, 4, 4)
-    return Segment(message.index, message.last, poses, stamp_seconds(message.header.stamp))
-
-
 def path_from_poses(poses: Array, stamp: float) -> Path:
     """A nav_msgs/Path of head poses, shape (N, 4, 4), in the base frame."""
     header = header_at(stamp)
-    stamped = [PoseStamped(header=header, pose=pose_from_transform(pose)) for pose in poses]
+    stamped = [PoseStamped(header=header, pose=pose) for pose in poses_from_transforms(poses)]
     return Path(header=header, poses=stamped)
 
 

@@ -23,11 +23,11 @@ from bathbot_scrub.errors import (
     TargetLostError,
 )
 from bathbot_scrub.path.planner import PathPlanner
-from bathbot_scrub.path.segments import Segment
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segment.segment import Segment
 
 _TICK = 0.05  # [s] between looks at clock and arm when nothing arrives
 
@@ -48,7 +48,7 @@ class Code(IntEnum):
 class ArmReport(NamedTuple):
     """What the arm says of itself; fields as in bathbot_msgs/ArmState."""
 
-    mode: State
+    state: State
     reason: str
     path_id: int
     segment_index: int
@@ -118,7 +118,7 @@ class ScrubJob:
     def see_arm(self, report: ArmReport) -> None:
         """Hand over what the arm says; a retraction is never overlooked."""
         with self._news:
-            if self._arm is None or self._arm.mode != State.RETRACTING:
+            if self._arm is None or self._arm.state != State.RETRACTING:
                 self._arm = report
             self._heard = time.monotonic()
             self._news.notify()
@@ -195,10 +195,10 @@ class ScrubJob:
             raise ArmStoppedError(f"arm_state has been silent for {silent:.1f} s; is rm65_driver running?")
         if arm is None:
             return
-        if arm.mode == State.RETRACTING:
+        if arm.state == State.RETRACTING:
             raise ArmLeftError(f"the arm left the skin: {arm.reason or 'no reason given'}")
-        if arm.mode != State.CONTACT:
-            raise ArmStoppedError(f"the arm is in {arm.mode.name}: {arm.reason or 'no reason given'}")
+        if arm.state != State.CONTACT:
+            raise ArmStoppedError(f"the arm is in {arm.state.name}: {arm.reason or 'no reason given'}")
         if time.monotonic() - self._moved > self._settings.stall_timeout:
             raise ArmStoppedError(
                 f"the arm did not move on along path {self.path_id} for {self._settings.stall_timeout} s, "

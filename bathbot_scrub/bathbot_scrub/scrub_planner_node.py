@@ -10,8 +10,9 @@ from dataclasses import replace
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from bathbot_depthcorr.ros.messages import stamp_seconds
+from bathbot_depthcorr.ros.pose_decoding import transform_from_pose
 from bathbot_localize.arm import clearance
-from bathbot_localize.messages import surface_from_cloud, transform_from_pose
+from bathbot_localize.messages import surface_from_cloud
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from numpy.typing import ArrayLike
@@ -27,7 +28,6 @@ from bathbot_scrub.before_contact import BeforeContact
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.messages import (
     joints_from_state,
-    message_from_segment,
     path_from_poses,
     report_from_arm,
     result_from_outcome,
@@ -35,12 +35,13 @@ from bathbot_scrub.messages import (
 )
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.reach import Reach
-from bathbot_scrub.path.segments import Segment
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.force.force_limits import load_force_limits
 from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, code_of
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segment.messages import message_from_segment
+from bathbot_scrub.segment.segment import Segment
 
 
 class ScrubPlanner(StageNode):
@@ -115,17 +116,17 @@ class ScrubPlanner(StageNode):
 
     def _on_goal(self, goal: ServerGoalHandle) -> None:
         """Start a job, or end the goal at once with the reason."""
+        region, path_id = goal.request.region, self.get_clock().now().nanoseconds // 1_000_000 % 2**32
         try:
             if self._job is not None:
                 raise NotReadyError("another path is being scrubbed; wait for its end or cancel it")
-            task = self._task(goal.request)
+            task = self._task(goal.request, path_id)
         except BathbotError as error:
             self._end(goal, Outcome(code_of(error), str(error), 0, 0.0))
             return
-        region, path_id = goal.request.region, self.get_clock().now().nanoseconds // 1_000_000 % 2**32
         self._job = ScrubJob(
             path_id,
-            lambda: self._plan(task, region),
+            lambda: self._plan(task),
             lambda segment, seconds: self._send(goal, segment, seconds),
             lambda outcome: self._finish(goal, outcome),
             self._now,
@@ -136,7 +137,7 @@ class ScrubPlanner(StageNode):
         self._job.see_arm(self._before.arm)
         self._job.start()
 
-    def _task(self, request: Scrub.Goal) -> Task:
+    def _task(self, request: Scrub.Goal, path_id: int) -> Task:
         """What the goal shall be planned from.
 
         Raises:
@@ -148,7 +149,9 @@ class ScrubPlanner(StageNode):
             raise NotReadyError("no tool_pose or joint_states yet; is rm65_driver running?")
         head, joints = transform_from_pose(self._head.pose), joints_from_state(self._joints)
         surface, recent = sighting.decode(), self._before.recent
-        return Task(surface, sighting.stamp, target, head, joints, request.max_length, recent)
+        return Task(
+            surface, sighting.stamp, target, head, joints, request.max_length, recent, path_id, request.region
+        )
 
     def _seen_body(self) -> ArrayLike:
         """Points that links must keep off, shape (..., 3) [m]; none where no localiser ever told any.
@@ -166,9 +169,9 @@ class ScrubPlanner(StageNode):
             )
         return surface_from_cloud(self._body)
 
-    def _plan(self, task: Task, region: str) -> PathPlanner:
+    def _plan(self, task: Task) -> PathPlanner:
         """Choose the path, pressed in as is comfortable there, and show it; in the job's thread."""
-        pressed = self._limits.comfortable(region, self._settings.compression)
+        pressed = self._limits.comfortable(task.region, self._settings.compression)
         body = self._seen_body()
         planner = PathPlanner(
             task,
@@ -181,9 +184,8 @@ class ScrubPlanner(StageNode):
         return planner
 
     def _send(self, goal: ServerGoalHandle, segment: Segment, seconds: float) -> None:
-        step, speed, path_id = self._settings.step, self._settings.speed, self._job.path_id
-        self._segments.publish(message_from_segment(segment, path_id, goal.request.region, step, speed))
-        under_head = self._before.arm.segment_index if self._before.arm.path_id == path_id else 0
+        self._segments.publish(message_from_segment(segment))
+        under_head = self._before.arm.segment_index if self._before.arm.path_id == segment.path_id else 0
         goal.publish_feedback(Scrub.Feedback(
             segment_index=under_head, fraction=self._planner.fraction, planning_time=seconds))  # fmt: skip
         self.report(OK, f"scrubbing {goal.request.region}", segment=segment.index, planning_ms=1e3 * seconds)

@@ -17,7 +17,7 @@ def finish(planner, see=lambda index: None):
     while not planner.finished:
         see(len(segments))
         segments.append(planner.next_segment())
-    return segments, np.concatenate([segment.poses for segment in segments])
+    return segments, np.concatenate([segment.T_base_heads for segment in segments])
 
 
 def depth_below(poses, radius=RADIUS):
@@ -65,7 +65,7 @@ def test_replanning_follows_a_shift_of_the_skin():
             planner.map.see(hidden, 1.0)
 
     segments, _ = finish(planner, see)
-    after = np.concatenate([segment.poses for segment in segments[3:]])[12:]
+    after = np.concatenate([segment.T_base_heads for segment in segments[3:]])[12:]
     after[:, 0, 3] += 0.003
     assert_allclose(depth_below(after), SETTINGS.compression, atol=2e-4)
     assert segments[3].stamp == 1.0
@@ -92,7 +92,7 @@ def test_length_is_limited_on_demand():
 def test_path_begins_at_the_head():
     head = target(point=(DISTANCE + 0.002, 0.004, -0.003))
     planner = PathPlanner(Task(cylinder(), 0.0, target(), T_base_head=head), SETTINGS)
-    assert_allclose(planner.next_segment().poses[0, :3, 3], head[:3, 3], atol=1e-9)
+    assert_allclose(planner.next_segment().T_base_heads[0, :3, 3], head[:3, 3], atol=1e-9)
 
 
 def test_head_elsewhere_is_refused():
@@ -141,13 +141,13 @@ def test_path_ends_where_the_skin_has_moved_out_of_reach(left):
     reach = Shrinking(1.0)
     planner = PathPlanner(Task(cylinder(), 0.0, target()), SETTINGS, reach)
     segments = [planner.next_segment()]
-    reach.limit = segments[0].poses[-1, 1, 3] + left
+    reach.limit = segments[0].T_base_heads[-1, 1, 3] + left
     while not planner.finished:
         segments.append(planner.next_segment())
     assert segments[-1].last
-    assert all(reach.holds(segment.poses).all() for segment in segments[1:-1])
-    assert np.isfinite(segments[-1].poses).all()
-    assert len(segments[-1].poses) > 0
+    assert all(reach.holds(segment.T_base_heads).all() for segment in segments[1:-1])
+    assert np.isfinite(segments[-1].T_base_heads).all()
+    assert len(segments[-1].T_base_heads) > 0
 
 
 def test_too_little_in_reach_is_refused():

@@ -81,7 +81,9 @@ def test_newest_surface_is_planned_on():
     rig.wait(lambda: len(rig.segments) == 5)
     assert rig.segments[2].stamp == 0.0
     assert rig.segments[4].stamp == 1.0
-    radius = np.hypot(rig.segments[4].poses[-1, 0, 3] - 0.85 + 0.004, rig.segments[4].poses[-1, 1, 3])
+    radius = np.hypot(
+        rig.segments[4].T_base_heads[-1, 0, 3] - 0.85 + 0.004, rig.segments[4].T_base_heads[-1, 1, 3]
+    )
     assert 0.15 - radius == pytest.approx(SETTINGS.compression, abs=3e-4)
     rig.job.cancel()
     rig.end()

@@ -5,13 +5,10 @@ import pytest
 from bathbot_scrub.errors import NotReadyError, OutOfReachError, SurfaceError, TargetLostError
 from bathbot_scrub.messages import (
     joints_from_state,
-    message_from_segment,
     path_from_poses,
     report_from_arm,
     result_from_outcome,
-    segment_from_message,
 )
-from bathbot_scrub.path.segments import Segment
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import Code, Outcome, code_of
 from numpy.testing import assert_allclose
@@ -22,17 +19,6 @@ from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState
 
 POSES = np.array([somewhere(index) for index in range(4)])
-
-
-def test_segment_round_trip():
-    segment = Segment(3, True, POSES, 12.345678912)
-    message = message_from_segment(segment, 77, "Trunk_skin", 0.002, 0.04)
-    assert (message.path_id, message.region, message.header.frame_id) == (77, "Trunk_skin", "base_link")
-    assert (message.spacing, message.speed) == (0.002, 0.04)
-    back = segment_from_message(message)
-    assert (back.index, back.last) == (3, True)
-    assert back.stamp == pytest.approx(segment.stamp, abs=1e-8)
-    assert_allclose(back.poses, POSES, atol=1e-12)
 
 
 def test_path_holds_all_poses_in_the_base_frame():

@@ -9,10 +9,10 @@ import pytest
 import rclpy
 from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_localize.messages import cloud_from_surface, pose_from_transform
-from bathbot_scrub.messages import segment_from_message
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
 from bathbot_scrub.scrub_planner_node import ScrubPlanner
+from bathbot_scrub.segment.messages import segment_from_message
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -122,7 +122,7 @@ class Session:
         """Show the skin to the planner while the arm is free, then be in contact."""
         self.until(lambda: self.planner._before._surface is not None and self.planner._before._targets)
         self.world.mode = ArmState.CONTACT
-        self.until(lambda: self.planner._before.arm.mode == ArmState.CONTACT and self.planner._joints)
+        self.until(lambda: self.planner._before.arm.state == ArmState.CONTACT and self.planner._joints)
 
     def send(self, region="Trunk_skin", max_length=0.0):
         assert self.world.scrub.wait_for_server(10.0)
@@ -173,7 +173,7 @@ def test_region_is_scrubbed_to_the_end(session):
     assert [message.index for message in segments] == list(range(len(segments)))
     assert {message.region for message in segments} == {"Trunk_skin"}
     assert {message.header.frame_id for message in segments} == {"base_link"}
-    poses = np.concatenate([segment_from_message(message).poses for message in segments])
+    poses = np.concatenate([segment_from_message(message).T_base_heads for message in segments])
     assert np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).max() < 0.00201
     assert len(session.world.paths[-1].poses) == pytest.approx(len(poses), abs=2)
     assert 0.5 < session.feedback[-1].fraction <= 1.0

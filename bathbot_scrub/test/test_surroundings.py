@@ -7,7 +7,7 @@ from bathbot_localize.arm.arm_shape import BRUSH_RADIUS
 from bathbot_scrub.rm65.arm.capsules import arm_capsules
 from bathbot_scrub.rm65.arm.kinematics import retreated
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
-from bathbot_scrub.rm65.motion.scrub_path import ScrubPath, Segment
+from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.rm65.paths.clearance import swept
 from bathbot_scrub.rm65.paths.clearance_kernel import fill_clearances, within
 from bathbot_scrub.rm65.paths.joint_path import joint_move
@@ -15,6 +15,7 @@ from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.segment.segment import Segment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -6,6 +6,7 @@ from typing import Any
 
 from bathbot_depthcorr.ros.messages import stamp_seconds
 from bathbot_localize.messages import pose_from_transform, targets_from_contact
+from bathbot_scrub.rm65.guard.states import State
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -114,19 +115,19 @@ class Bather:
 
     def retract(self) -> None:
         """Leave the skin along its outward normal and wait until the arm stands."""
-        self._move(steps.RETRACT, "arm/retract", (ArmState.HOLD, ArmState.FREE))
+        self._move(steps.RETRACT, "arm/retract", (State.HOLD, State.FREE))
 
     def home(self) -> None:
         """Go home and wait until the arm is there."""
-        self._move(steps.HOME, "arm/home", (ArmState.FREE,))
+        self._move(steps.HOME, "arm/home", (State.FREE,))
 
-    def _move(self, step: Step, service: str, ends: tuple[int, ...]) -> None:
+    def _move(self, step: Step, service: str, ends: tuple[State, ...]) -> None:
         """Ask for a motion and wait until it has ended in one of the states `ends`."""
         self._client.trigger(step.name, service, step.timeout)
         asked = time.monotonic()
 
         def over() -> bool:  # reports sent before the motion began may still be on their way
-            stopped = self.arm.state in (*ends, ArmState.HOLD, ArmState.FAULT)
+            stopped = self.arm.state in (*ends, State.HOLD, State.FAULT)
             return time.monotonic() - asked > _LATE_REPORTS and stopped
 
         if not self._client.spin_until(over, step.timeout):
@@ -138,9 +139,9 @@ class Bather:
 
     def withdraw(self) -> None:
         """Leave the skin after a step that failed, as far as the arm still can, and go home."""
-        leaving = ArmState.RETRACTING  # it has done so by itself after too high a force
+        leaving = State.RETRACTING  # it has done so by itself after too high a force
         self._client.spin_until(lambda: self.arm.state != leaving, steps.RETRACT.timeout)
-        if self.arm.state in (ArmState.CONTACT, ArmState.HOLD):
+        if self.arm.state in (State.CONTACT, State.HOLD):
             self.retract()
         self.home()
 

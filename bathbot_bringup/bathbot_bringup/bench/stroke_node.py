@@ -3,7 +3,7 @@
 import copy
 from pathlib import Path
 
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String

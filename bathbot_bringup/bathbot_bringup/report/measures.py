@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.rm65.guard.states import State
 from numpy.typing import NDArray
 
 from bathbot_bringup.report.contact_measures import ContactMeasures, contact_measures, in_contact
 from bathbot_bringup.report.coverage import Coverage, coverage
 from bathbot_bringup.report.path_error import PathError, path_error
-from bathbot_bringup.report.run_data import APPROACH, CONTACT, RETRACTING, PlannedPath, Run
+from bathbot_bringup.report.run_data import PlannedPath, Run
 from bathbot_bringup.report.truth import Truth
 
 Array = NDArray[np.float64]
@@ -54,7 +55,7 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
     along = np.interp(contacts.time[during], arm.time, arm.distance_along)
     error = path_error(poses, contacts.time[during], contacts.T_base_head[during, :3, 3], along)
     targets = [target for target in run.targets if target.region == region]
-    busy = np.isin(arm.state, (APPROACH, CONTACT, RETRACTING))
+    busy = np.isin(arm.state, (State.APPROACH, State.CONTACT, State.RETRACTING))
     return RunMeasures(
         path,
         error,
@@ -68,7 +69,7 @@ def measure_run(run: Run, truth: Truth, region: str) -> RunMeasures:
         _covered(run, truth, region, poses, error),
         np.array([truth.target_error(target) for target in targets]).reshape(-1, 3),
         np.array([target.time for target in targets]),
-        _least(arm.force_threshold[arm.state == CONTACT]),
+        _least(arm.force_threshold[arm.state == State.CONTACT]),
         float(np.max(arm.period_deviation_p99[busy])) if busy.any() else np.nan,
     )
 
@@ -81,7 +82,7 @@ def _with_unsent(passed: Array, run: Run) -> Array:
 def _during(run: Run, path: PlannedPath | None) -> NDArray[np.bool_]:
     """Tell which contact samples fall into the time on the path, without the way to its first pose."""
     arm, time = run.arm, run.contacts.time
-    following = (arm.state == CONTACT) & (arm.path_id == (path.path_id if path is not None else -1))
+    following = (arm.state == State.CONTACT) & (arm.path_id == (path.path_id if path is not None else -1))
     on_path = np.flatnonzero(following & (arm.distance_along > 0.0))
     if not len(on_path):
         return np.zeros(len(time), dtype=bool)

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import rotation_from_quaternion, transform_from
 from bathbot_depthcorr.ros.image_decoding import stamp_seconds
+from bathbot_depthcorr.ros.pose_decoding import transform_from_pose, transforms_from_poses
 from numpy.typing import NDArray
 
 from bathbot_bringup.bag.reading import Entry, read_messages
 
 Array = NDArray[np.float64]
-FREE, APPROACH, CONTACT, RETRACTING, HOLD, FAULT = range(6)  # states of bathbot_msgs/ArmState
 
 
 class ArmStates(NamedTuple):
@@ -66,12 +65,6 @@ class Run(NamedTuple):
     planned_poses: int  # poses of the longest path that was announced, sent to the arm or not
 
 
-def pose_matrix(pose: Any) -> Array:
-    """Turn a geometry_msgs/Pose into a matrix, shape (4, 4)."""
-    q, p = pose.orientation, pose.position
-    return transform_from(rotation_from_quaternion([q.x, q.y, q.z, q.w]), [p.x, p.y, p.z])
-
-
 def _arm_states(entries: Iterable[Entry]) -> ArmStates:
     rows = [
         (stamp_seconds(m.header.stamp), m.state, m.path_id, m.distance_along, m.force, m.force_threshold,
@@ -87,7 +80,7 @@ def _contacts(entries: Iterable[Entry]) -> Contacts:
     force = [np.linalg.norm([m.force.x, m.force.y, m.force.z]) for m in messages]
     return Contacts(
         np.array([stamp_seconds(m.header.stamp) for m in messages]),
-        np.array([pose_matrix(m.head) for m in messages]).reshape(-1, 4, 4),
+        transforms_from_poses([message.head for message in messages]),
         np.array([m.compression for m in messages]),
         np.array(force, dtype=float),
         np.array([m.part for m in messages], dtype=np.str_),
@@ -101,9 +94,8 @@ def _paths(entries: Iterable[Entry]) -> list[PlannedPath]:
     paths = []
     for path_id, parts in segments.items():
         ordered = [parts[index] for index in sorted(parts)]
-        poses = [pose_matrix(pose) for part in ordered for pose in part.poses]
+        matrices = transforms_from_poses([pose for part in ordered for pose in part.poses])
         index = [part.index for part in ordered for _ in part.poses]
-        matrices = np.array(poses).reshape(-1, 4, 4)
         paths.append(PlannedPath(path_id, ordered[0].region, matrices, np.array(index), ordered[-1].last))
     return paths
 
@@ -114,7 +106,7 @@ def _targets(entries: Iterable[Entry]) -> list[TargetSeen]:
             stamp_seconds(entry.message.header.stamp),
             target.region,
             np.array(target.pixel, dtype=float),
-            pose_matrix(target.pose.pose)[:3, 3],
+            transform_from_pose(target.pose.pose)[:3, 3],
         )
         for entry in entries
         for target in entry.message.targets

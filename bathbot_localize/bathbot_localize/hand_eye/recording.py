@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 from bathbot_depthcorr.geometry.pinhole import Pinhole
-from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle, rotation_from_quaternion, transform_from
+from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle
 from bathbot_depthcorr.ros.image_decoding import colour_from_image, pinhole_from_info, stamp_seconds
+from bathbot_depthcorr.ros.pose_decoding import transform_from_message, transform_from_pose
 from bathbot_depthcorr.views.bag_views import messages
 from numpy.typing import NDArray
 
@@ -100,13 +101,13 @@ def tool_track(bag: Path) -> tuple[Array, Array]:
             tool_poses.append(
                 (
                     stamp_seconds(message.header.stamp),
-                    _transform(message.pose.position, message.pose.orientation),
+                    transform_from_pose(message.pose),
                 )
             )
             continue
         for entry in message.transforms:
             stamp = stamp_seconds(entry.header.stamp)
-            transform = _transform(entry.transform.translation, entry.transform.rotation)
+            transform = transform_from_message(entry.transform)
             tree.add(entry.header.frame_id, entry.child_frame_id, transform, stamp)
             if entry.child_frame_id == FLANGE:
                 try:
@@ -155,11 +156,6 @@ def _verdict(found: int, tried: int, steady: bool) -> str:
 def _same(first: Array, second: Array) -> bool:
     change = inverse(first) @ second
     return bool(np.linalg.norm(change[:3, 3]) <= _SAME_PLACE and rotation_angle(change[:3, :3]) <= _SAME_TURN)
-
-
-def _transform(translation: Any, rotation: Any) -> Array:
-    quaternion = (rotation.x, rotation.y, rotation.z, rotation.w)
-    return transform_from(rotation_from_quaternion(quaternion), (translation.x, translation.y, translation.z))
 
 
 def calibrate_bag(

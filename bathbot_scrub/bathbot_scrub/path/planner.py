@@ -12,10 +12,11 @@ from bathbot_scrub.path.patch import Mask, PatchGrid, patch_frame
 from bathbot_scrub.path.path_choice import Patch, around_target, candidates, choose_patch, washed
 from bathbot_scrub.path.reach import Reach
 from bathbot_scrub.path.scan_lines import Ground
-from bathbot_scrub.path.segments import Joint, Segment, SegmentShaper
+from bathbot_scrub.path.segments import Joint, SegmentShaper
 from bathbot_scrub.path.surface_map import Sighting, SurfaceMap
 from bathbot_scrub.path.tool_pose import head_poses, head_rotations
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
 _SHORTEST = 0.03  # a path shorter than this washes nothing [m]
@@ -33,6 +34,7 @@ class Task(NamedTuple):
         joints: Joint angles there [rad], shape (6,); nothing: reach is not checked.
         max_length: Of the path [m]; 0: the whole patch.
         recent: Surfaces of the last breaths, which tell the mean height of the skin.
+        path_id, region: What all segments of the path bear.
     """
 
     surface: Array
@@ -42,6 +44,8 @@ class Task(NamedTuple):
     joints: Array | None = None
     max_length: float = 0.0
     recent: tuple[Sighting, ...] = ()
+    path_id: int = 0
+    region: str = ""
 
 
 class PathPlanner:
@@ -94,7 +98,10 @@ class PathPlanner:
             poses, ends = poses[:rest], True
         poses, ends = self._cut(self.grid.T_base_patch @ poses, ends)
         self._given, self._last = self._given + len(poses), poses[-1]
-        segment = Segment(self._index, ends, poses, self.map.stamp)
+        task, settings = self._task, self._settings
+        segment = Segment(
+            task.path_id, self._index, ends, task.region, poses, settings.speed, settings.step, self.map.stamp
+        )
         self._index, self.finished = self._index + 1, ends
         self.length += self._settings.step * (len(poses) - (segment.index == 0))
         return segment

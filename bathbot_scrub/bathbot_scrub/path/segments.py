@@ -30,22 +30,6 @@ _LEAST_PRESSED = 0.003  # so much the head presses in any hollow, or breathing w
 _LEAST = 0.4  # a rest shorter than this share of a segment is joined to it
 
 
-class Segment(NamedTuple):
-    """One piece of a path.
-
-    Attributes:
-        index: 0, 1, 2, ... within one path.
-        last: Whether it is the final one.
-        poses: T_base_head, shape (N, 4, 4), evenly spaced.
-        stamp: Time of the surface it was planned on [s].
-    """
-
-    index: int
-    last: bool
-    poses: Array
-    stamp: float
-
-
 class Joint(NamedTuple):
     """Where a path has got to: all that the next segment must fit to, in the patch frame.
 

@@ -22,11 +22,11 @@ from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.controller_link import ControllerLink
 from bathbot_scrub.rm65.motion.program_moves import ProgramMoves
 from bathbot_scrub.rm65.motion.scrub_motion import ScrubMotion
-from bathbot_scrub.rm65.motion.scrub_path import Segment
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
 _CLEARED = 0.2  # [s] within which a sample without the error must have come

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
 from numpy.typing import NDArray
 
 from bathbot_bringup.evaluation.safety.fault_table import Duty, Phase

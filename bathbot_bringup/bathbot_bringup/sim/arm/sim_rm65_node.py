@@ -6,7 +6,7 @@ import numpy as np
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.stage_node import OK, StageNode, run
 from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
-from bathbot_scrub.rm65.ros.messages import pose_message
+from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.timing.beat import Ticker
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import String
@@ -87,7 +87,7 @@ class SimRm65(StageNode):
         contact = truth.contact
         x, y, z = (float(v) for v in contact.force)
         message = SimContact(
-            head=pose_message(truth.T_base_head),
+            head=pose_from_transform(truth.T_base_head),
             compression=float(contact.compression),
             skin_indentation=float(contact.indentation),
             force=Vector3(x=x, y=y, z=z),

@@ -8,9 +8,10 @@ from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
-from bathbot_scrub.rm65.motion.scrub_path import ScrubPath, Segment
+from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.segment.segment import Segment
 
 
 class Progress(NamedTuple):

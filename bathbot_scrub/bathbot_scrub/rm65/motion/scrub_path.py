@@ -1,7 +1,5 @@
 """The scrub path as it arrives: segments in order, bounded, turned into one growing joint path."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,22 +8,12 @@ from bathbot_scrub.rm65.errors import InvalidPoseError, NotReadyError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import LINE_DECELERATION, MotionPlanner
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path, timed_tool_path
+from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
 _LARGEST_GAP = 0.05  # [m] between neighbouring poses of a path
 _LEAD_IN_SPEED = 0.08  # [m/s] off the skin
 _SET_DOWN_SPEED = 0.025  # [m/s]; well below the surge of the force limits
-
-
-class Segment(NamedTuple):
-    """One piece of a scrub path."""
-
-    path_id: int
-    index: int
-    last: bool
-    region: str
-    T_base_heads: Array  # (N, 4, 4)
-    speed: float  # [m/s] wanted
 
 
 class ScrubPath:

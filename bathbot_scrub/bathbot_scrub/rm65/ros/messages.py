@@ -4,11 +4,17 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import inverse, quaternion_from_rotation, rotation_from_quaternion
-from bathbot_localize.messages import MessageError, surface_from_cloud
+from bathbot_depthcorr.geometry.rigid import inverse
+from bathbot_depthcorr.ros.pose_decoding import pose_values, transforms_from_poses
+from bathbot_localize.messages import (
+    MessageError,
+    messages_from_transforms,
+    pose_from_transform,
+    surface_from_cloud,
+)
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, WrenchStamped
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, PointCloud2
 from tf2_msgs.msg import TFMessage
 
@@ -27,10 +33,11 @@ from bathbot_scrub.rm65.errors import (
     UnreachableError,
 )
 from bathbot_scrub.rm65.motion.approach import Request
-from bathbot_scrub.rm65.motion.scrub_path import Segment
+from bathbot_scrub.segment.messages import BASE, segment_from_message
+from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
-BASE, HEAD = LINK_NAMES[0], HEAD_NAME
+HEAD = HEAD_NAME
 
 _ERROR_CODES = (
     (InvalidPoseError, Approach.Result.INVALID_TARGET),
@@ -54,36 +61,13 @@ def stamp_of(monotonic: float, now: Time) -> Time:
     return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
-def pose_message(T: ArrayLike) -> Pose:
-    """A transform (4, 4) as Pose."""
-    T = np.asarray(T)
-    pose = Pose()
-    pose.position.x, pose.position.y, pose.position.z = (float(v) for v in T[:3, 3])
-    x, y, z, w = (float(v) for v in quaternion_from_rotation(T[:3, :3]))
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = x, y, z, w
-    return pose
-
-
-def transforms_from_poses(poses: Sequence[Pose]) -> Array:
+def checked_transforms(poses: Sequence[Pose]) -> Array:
     """Poses as transforms, shape (N, 4, 4).
 
     Raises:
         InvalidPoseError: When one is not finite or its quaternion is not of unit length to 1e-3.
     """
-    values = np.array(
-        [
-            [
-                p.position.x,
-                p.position.y,
-                p.position.z,
-                p.orientation.x,
-                p.orientation.y,
-                p.orientation.z,
-                p.orientation.w,
-            ]
-            for p in poses
-        ]
-    ).reshape(-1, 7)
+    values = pose_values(poses)
     norms = np.linalg.norm(values[:, 3:], axis=1)
     good = np.isfinite(values).all(1) & (np.abs(norms - 1.0) < 1e-3)
     if not good.all():
@@ -91,11 +75,7 @@ def transforms_from_poses(poses: Sequence[Pose]) -> Array:
         raise InvalidPoseError(
             f"pose {index} is not finite or its quaternion has length {norms[index]:.4f}, not 1"
         )
-    transforms = np.tile(np.eye(4), (len(values), 1, 1))
-    if len(values):
-        transforms[:, :3, :3] = rotation_from_quaternion(values[:, 3:])
-        transforms[:, :3, 3] = values[:, :3]
-    return transforms
+    return transforms_from_poses(poses)
 
 
 def request_from_goal(goal: Approach.Goal) -> Request:
@@ -105,24 +85,18 @@ def request_from_goal(goal: Approach.Goal) -> Request:
         InvalidPoseError: Not finite, not a unit quaternion, or in another frame.
     """
     _check_frame(goal.target.header.frame_id, "the target")
-    return Request(transforms_from_poses([goal.target.pose])[0], goal.region, goal.standoff, goal.speed)
+    return Request(checked_transforms([goal.target.pose])[0], goal.region, goal.standoff, goal.speed)
 
 
-def segment_from_message(message: ScrubSegment) -> Segment:
+def checked_segment(message: ScrubSegment) -> Segment:
     """A segment to follow.
 
     Raises:
         InvalidPoseError: Not finite, not unit quaternions, or in another frame.
     """
     _check_frame(message.header.frame_id, f"segment {message.index}")
-    return Segment(
-        message.path_id,
-        message.index,
-        message.last,
-        message.region,
-        transforms_from_poses(message.poses),
-        message.speed,
-    )
+    checked_transforms(message.poses)
+    return segment_from_message(message)
 
 
 def body_from_cloud(message: PointCloud2, now: float) -> tuple[Array, float]:
@@ -167,7 +141,7 @@ def wrench_message(wrench: Array, stamp: Time) -> WrenchStamped:
 
 def pose_stamped(T: Array, stamp: Time) -> PoseStamped:
     """A pose of the head in the base frame."""
-    message = PoseStamped(pose=pose_message(T))
+    message = PoseStamped(pose=pose_from_transform(T))
     message.header.stamp, message.header.frame_id = stamp, BASE
     return message
 
@@ -177,14 +151,10 @@ def tree_message(kinematics: Kinematics, joints: Array, stamp: Time) -> TFMessag
     frames = kinematics.link_frames(joints)
     steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], T_FLANGE_HEAD[None]])
     names = (*LINK_NAMES, HEAD)
-    quaternions = quaternion_from_rotation(steps[:, :3, :3])
     transforms = []
-    for index, (step, quaternion) in enumerate(zip(steps, quaternions, strict=True)):
-        message = TransformStamped(child_frame_id=names[index + 1])
-        message.header.stamp, message.header.frame_id = stamp, names[index]
-        moved, turned = message.transform.translation, message.transform.rotation
-        moved.x, moved.y, moved.z = (float(v) for v in step[:3, 3])
-        turned.x, turned.y, turned.z, turned.w = (float(v) for v in quaternion)
+    for parent, child, step in zip(names, names[1:], messages_from_transforms(steps), strict=False):
+        message = TransformStamped(child_frame_id=child, transform=step)
+        message.header.stamp, message.header.frame_id = stamp, parent
         transforms.append(message)
     return TFMessage(transforms=transforms)
 

@@ -26,10 +26,10 @@ from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.approach import Touch
 from bathbot_scrub.rm65.ros.messages import (
     body_from_cloud,
+    checked_segment,
     error_code,
     pose_stamped,
     request_from_goal,
-    segment_from_message,
 )
 from bathbot_scrub.rm65.ros.telemetry import Publishers, Telemetry, diagnostic_values, warning
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -143,7 +143,7 @@ class Rm65Driver(StageNode):
         return serve
 
     def _follow(self, message: ScrubSegment) -> None:
-        outcome = self._outcome(lambda: self._driver.follow(segment_from_message(message)))
+        outcome = self._outcome(lambda: self._driver.follow(checked_segment(message)))
         self._refused = ""
         if isinstance(outcome, ArmError):
             self._refused = f"segment {message.index} of path {message.path_id} refused: {outcome}"

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.motion.scrub_path import Segment
-from bathbot_scrub.rm65.ros.messages import pose_message
+from bathbot_localize.messages import pose_from_transform
+from bathbot_scrub.segment.messages import message_from_segment
+from bathbot_scrub.segment.segment import Segment
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
@@ -19,7 +20,7 @@ from std_srvs.srv import Trigger
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.evaluation.safety.fault_table import REGION
 from bathbot_bringup.evaluation.safety.measures import Report
-from bathbot_bringup.evaluation.safety.trial.stroke_player import SPACING, Progress
+from bathbot_bringup.evaluation.safety.trial.stroke_player import Progress
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_msgs.action import Approach, Scrub
 from bathbot_msgs.msg import ArmState, ScrubSegment
@@ -110,7 +111,7 @@ class Operator:
         goal = Approach.Goal(region=REGION, standoff=standoff)
         goal.target.header.frame_id = "base_link"
         goal.target.header.stamp = self.client.node.get_clock().now().to_msg()
-        goal.target.pose = pose_message(T_base_target)
+        goal.target.pose = pose_from_transform(T_base_target)
         sent = self._approach.send_goal_async(goal)
         if not self.client.spin_until(sent.done, _ANSWER) or not sent.result().accepted:
             raise StepError("approach", "the goal was not accepted")
@@ -141,14 +142,8 @@ class Operator:
 
     def send(self, segment: Segment) -> None:
         """Publish a segment."""
-        message = ScrubSegment(
-            path_id=segment.path_id, index=segment.index, last=segment.last, region=segment.region,
-            spacing=SPACING, speed=segment.speed,
-        )  # fmt: skip
-        message.header.frame_id = "base_link"
-        message.header.stamp = self.client.node.get_clock().now().to_msg()
-        message.poses = [pose_message(T) for T in segment.T_base_heads]
-        self._segments.publish(message)
+        now = self.client.node.get_clock().now().nanoseconds * 1e-9
+        self._segments.publish(message_from_segment(segment._replace(stamp=now)))
 
     def order(self, fault: Mapping[str, float | str]) -> None:
         """Order a fault of the emulated controller."""

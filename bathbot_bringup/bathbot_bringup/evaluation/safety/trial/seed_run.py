@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
 
 from bathbot_bringup.errors import BringupError
 from bathbot_bringup.evaluation.safety.fault_table import REGION, Duty, FaultCase, Nearer, Phase, Strike

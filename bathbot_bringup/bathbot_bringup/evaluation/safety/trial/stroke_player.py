@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.motion.scrub_path import Segment
+from bathbot_scrub.segment.segment import Segment
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ class StrokePlayer:
         order = np.arange(self.sent * PIECE, (self.sent + 1) * PIECE) % len(self._stroke)
         index, self.sent = self.sent, self.sent + 1
         last = self.sent == self._pieces
-        return Segment(self.path_id, index, last, self._region, self._stroke[order], self._speed)
+        return Segment(self.path_id, index, last, self._region, self._stroke[order], self._speed, SPACING)
 
 
 def spoilt(segment: Segment) -> Segment:

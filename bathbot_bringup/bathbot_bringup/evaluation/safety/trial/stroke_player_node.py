@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 import numpy as np
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
 
 from bathbot_bringup.evaluation.safety.fault_table import REGION
 from bathbot_bringup.evaluation.safety.trial.operator_node import Operator

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bathbot_scrub.rm65.guard.force_guard import State
+from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.motion.commanded_motion import ARRIVALS, MotionKind
 from numpy.typing import NDArray
 
 from bathbot_bringup.errors import BringupError
@@ -29,7 +30,7 @@ _IN_TIME = 20.0  # [s] for any step
 _OFF_AXIS, _BEGUN = 0.002, 0.004  # [m] beside the approach's line; along it, or from the start
 _AWAY = 0.04  # [m] of the head from its target, off the skin
 _AT_END = 0.001  # [m] of the last pose
-_HOME, _NEWS = "at home", 0.15  # what the driver says then; [s] in which reports may be older than a request
+_NEWS = 0.15  # [s] in which reports may be older than a request
 _STAYS = 0.6  # [s]; a stroke that turns about there is gone in less
 _STILL = 0.15  # [s] in contact after which the search has come to rest
 _RECOVERY = 15.0  # [s]
@@ -90,7 +91,7 @@ class TrialRun:
 
         def there() -> bool:
             newest = self.operator.reports[-1]
-            return newest.stamp > asked + _NEWS and newest.reason == _HOME
+            return newest.stamp > asked + _NEWS and newest.reason == ARRIVALS[MotionKind.HOME]
 
         self._until(there, "the arm did not come home")
 

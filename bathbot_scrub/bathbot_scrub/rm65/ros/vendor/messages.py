@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from rm_ros_interfaces.msg import Jointerrorcode, Sixforce
 
 from bathbot_scrub.rm65.errors import InvalidPoseError
-from bathbot_scrub.rm65.ros.messages import transforms_from_poses
+from bathbot_scrub.rm65.ros.messages import checked_transforms
 
 Array = NDArray[np.float64]
 _JOINTS = 6
@@ -43,7 +43,7 @@ def flange_from_message(pose: Pose) -> Array:
     Raises:
         InvalidPoseError: When it is not finite or its quaternion is not of unit length.
     """
-    return transforms_from_poses([pose])[0]
+    return checked_transforms([pose])[0]
 
 
 def share_from_message(speed: int, trajectory_connect: int = 0) -> float:

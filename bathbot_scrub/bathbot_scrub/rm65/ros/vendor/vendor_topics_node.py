@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from bathbot_localize.messages import pose_from_transform
 from geometry_msgs.msg import Pose
 from rclpy.node import Node
 from rm_ros_interfaces.msg import Cartepos, Jointerrorcode, Jointpos, Movej, Movejp, Movel, Sixforce
@@ -15,7 +16,6 @@ from std_msgs.msg import Bool, UInt16
 
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.errors import ArmError
-from bathbot_scrub.rm65.ros.messages import pose_message
 from bathbot_scrub.rm65.ros.vendor.messages import (
     flange_from_message,
     joint_error_message,
@@ -70,7 +70,7 @@ class VendorTopics:
             return
         codes = [code & 0xFFFF for code in sample.errors]
         messages = {
-            "udp_arm_position": pose_message(sample.T_base_flange),
+            "udp_arm_position": pose_from_transform(sample.T_base_flange),
             "udp_six_force": sixforce_message(sample.raw_wrench),
             "udp_six_zero_force": sixforce_message(sample.wrench),
             "udp_joint_error_code": joint_error_message(sample.joint_errors),

@@ -1,0 +1,1 @@
+"""What the planner hands to the driver of an arm: a path in segments."""

@@ -1,0 +1,30 @@
+"""One piece of a scrub path, as the planner lays it and the driver follows it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Segment(NamedTuple):
+    """The fields of bathbot_msgs/ScrubSegment.
+
+    Attributes:
+        path_id: Of the path; a segment of another begins a new path.
+        index: 0, 1, 2, ... within one path.
+        last: Whether it is the final one.
+        region: Whose skin is scrubbed; chooses the limits of force.
+        T_base_heads: Poses of the head, shape (N, 4, 4), evenly spaced.
+        speed: Wanted along the path [m/s].
+        spacing: Of the poses along the path [m]; 0: not told.
+        stamp: Time of the surface it was planned on [s]; 0: on none.
+    """
+
+    path_id: int
+    index: int
+    last: bool
+    region: str
+    T_base_heads: NDArray[np.float64]
+    speed: float
+    spacing: float = 0.0
+    stamp: float = 0.0
