@@ -29,6 +29,8 @@ SHORT = {
     "bathbot_localize/target/stamp_buffer.py": "a container that stands alone",
     "bathbot_depthcorr/calibration_file.py": "errors",
     "bathbot_scrub/rm65/arm/capsules.py": "table of the arm's capsules",
+    "bathbot_scrub/rm65/arm/rm65.py": "the arm as others ask it",
+    "bathbot_scrub/installed_arm.py": "the one place that names the arm",
     "bathbot_scrub/rm65/timing/priority.py": "what may be asked of the scheduler; three share it",
     "bathbot_bringup/graph/isolation.py": "a rule that stands alone",
     "bathbot_bringup/sim/camera/d455_frames.py": "table of the camera's frames",

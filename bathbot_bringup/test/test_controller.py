@@ -12,11 +12,10 @@ from bathbot_bringup.sim.arm.controller.controller import STEP, Controller
 from bathbot_bringup.sim.arm.controller.joint_dynamics import JointDynamics
 from bathbot_bringup.sim.arm.controller.motion_plan import Motion
 from bathbot_bringup.sim.arm.controller.push import PushSettings, datagram
-from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG
 from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.brush import Brush
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.limits import HOME_DEG, RM65_LIMITS
 from bathbot_scrub.rm65.controller.protocol import joints_from_wire, pose_from_wire, pose_to_wire
 from bathbot_scrub.rm65.controller.state_push import parse_sample
 from bathbot_scrub.rm65.errors import ProtocolError

@@ -7,7 +7,8 @@ import time
 import numpy as np
 import pytest
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
-from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG, EmulatorSettings
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_scrub.rm65.arm.limits import HOME_DEG
 from bathbot_scrub.rm65.controller.client import TRAJECTORY_EVENT, ArmClient
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode, joints_from_wire
 from bathbot_scrub.rm65.controller.state_push import StateReceiver

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG
+from bathbot_scrub.rm65.arm.limits import HOME_DEG
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.errors import (
     ArmSettingsError,

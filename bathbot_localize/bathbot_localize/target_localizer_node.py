@@ -21,6 +21,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection2DArray, LabelInfo
 
+from bathbot_localize.arm.arm_shape import installed_shape
 from bathbot_localize.frame_tree import UnknownFrameError
 from bathbot_localize.hand_eye.calibration_file import load_hand_eye
 from bathbot_localize.messages import (
@@ -51,7 +52,8 @@ class TargetLocalizer(StageNode):
     def setup(self, settings: TargetLocalizerSettings) -> None:
         """Load the hand-eye result."""
         self._settings = settings
-        self._session = LocalizerSession(settings, load_hand_eye(settings.hand_eye).T_base_camera)
+        T_base_colour = load_hand_eye(settings.hand_eye).T_base_camera
+        self._session = LocalizerSession(settings, T_base_colour, installed_shape())
         warm_up()
         self._targets = self.create_publisher(ContactTargets, "contact_targets", 10)
         self._surface = self.create_publisher(PointCloud2, "surface", 5)

@@ -1,9 +1,11 @@
-"""Link frames of the RM65-6F for tests, straight from its modified DH table."""
+"""Link frames of the RM65-6F for tests, straight from its modified DH table, and its shape."""
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_localize.arm.arm_shape import installed_shape
 from scipy.spatial.transform import Rotation
 
+SHAPE = installed_shape()
 # alpha(i-1) [deg], a(i-1) [m], d [m], offset [deg]
 TABLE = (
     (0, 0, 0.2405, 0),

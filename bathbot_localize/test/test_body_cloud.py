@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from bathbot_localize.arm.arm_mask import near_arm
-from bathbot_localize.arm.arm_shape import RM65_CAPSULES
 from bathbot_localize.target.body_cloud import BodyCloud
 from bathbot_localize.target.localizer import make_frame
 from localize_scene import (
@@ -18,7 +17,7 @@ from localize_scene import (
     rod,
     sphere,
 )
-from rm65_links import links_of
+from rm65_links import SHAPE, links_of
 
 CENTRE, RADIUS, VOXEL = np.array([0.5, 0.05, 0.15]), 0.12, 0.02
 BALL, FLOOR = sphere(CENTRE, RADIUS), plane((0.0, 0.0, -0.75), (0.0, 0.0, 1.0))
@@ -29,7 +28,7 @@ BEFORE = links_of(np.radians([45.0, -20.0, -80.0, 0.0, 0.0, 0.0]))  # between ba
 def shapes_of(links):
     return [
         rod(*transform_points(links[c.link], [c.start, c.end]), c.radius)
-        for c in RM65_CAPSULES
+        for c in SHAPE.capsules
         if c.link in links
     ]
 
@@ -37,7 +36,7 @@ def shapes_of(links):
 def look(links, *shapes):
     """A frame in which the arm stands before these shapes."""
     depth = render(*shapes, *shapes_of(links))
-    return make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_BASE_COLOUR, links)
+    return make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_BASE_COLOUR, SHAPE, links)
 
 
 def on_ball(points):
@@ -65,7 +64,7 @@ def test_every_seen_place_has_a_point_near_it():
 
 def test_the_arm_is_not_in_it():
     points = BodyCloud(VOXEL, 60.0, 0.02).update(look(BEFORE, BALL), 1.0)
-    assert not near_arm(points, BEFORE, 0.03).any()
+    assert not near_arm(points, SHAPE.capsules, BEFORE, 0.03).any()
 
 
 def test_what_the_arm_hides_is_remembered_for_a_while():

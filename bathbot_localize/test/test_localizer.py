@@ -1,12 +1,13 @@
 """One pair of pictures to targets and surface: right, equivariant, and clear about what it refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import rotate, transform_from, transform_points
 from bathbot_localize.errors import LocalizeError, SettingsError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.surface.disc import NoSkinError
-from bathbot_localize.surface.workspace import Workspace
 from bathbot_localize.target.localizer import RoughSurfaceError, locate, locate_all, make_frame, surface_of
 from bathbot_localize.target.localizer_session import LocalizerSession, UnknownRegionError
 from bathbot_localize.target.target import localization_error
@@ -27,7 +28,7 @@ from localize_scene import (
     sphere,
     with_noise,
 )  # fmt: skip
-from rm65_links import links_of
+from rm65_links import SHAPE, links_of
 from scipy.spatial.transform import Rotation
 
 SETTINGS = TargetLocalizerSettings(disc_radius_px=12.0)
@@ -37,8 +38,8 @@ TRUNK = SkinRegion("Trunk_skin", 0.9, box_around(CENTRE, 40.0))
 CLEAN = render(BELLY, WALL)
 
 
-def frame_of(depth, links=None, T_base_colour=T_BASE_COLOUR):
-    return make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_base_colour, links or {})
+def frame_of(depth, links=None, T_base_colour=T_BASE_COLOUR, shape=SHAPE):
+    return make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_base_colour, shape, links or {})
 
 
 def test_the_target_is_on_the_ray_of_the_box_centre_and_on_the_skin():
@@ -66,10 +67,12 @@ def test_noise_of_a_camera_moves_the_target_by_less_than_a_millimetre():
 def test_a_rigid_motion_of_the_scene_moves_the_target_with_it(turn, shift):
     """Camera and person moved together: the same picture, so position and normal move rigidly."""
     move = transform_from(Rotation.from_rotvec(turn).as_matrix(), shift)
-    anywhere = Workspace(nearest=0.0, farthest=np.inf)  # the arm does not move with them
-    here = locate(frame_of(CLEAN), TRUNK, SETTINGS, anywhere).T_base_target
-    moved = frame_of(CLEAN, T_base_colour=move @ T_BASE_COLOUR)
-    there = locate(moved, TRUNK, SETTINGS, anywhere).T_base_target
+    anywhere = replace(
+        SHAPE, workspace=replace(SHAPE.workspace, nearest=0.0, farthest=np.inf)
+    )  # the arm does not move with them
+    here = locate(frame_of(CLEAN, shape=anywhere), TRUNK, SETTINGS).T_base_target
+    moved = frame_of(CLEAN, T_base_colour=move @ T_BASE_COLOUR, shape=anywhere)
+    there = locate(moved, TRUNK, SETTINGS).T_base_target
     np.testing.assert_allclose(there[:3, 3], transform_points(move, here[:3, 3]), atol=1e-9)
     np.testing.assert_allclose(there[:3, 2], rotate(move, here[:3, 2]), atol=1e-9)
     assert np.linalg.det(there[:3, :3]) == pytest.approx(1.0)
@@ -88,7 +91,7 @@ def test_the_arm_before_the_skin_is_not_skin():
     """An upper arm of the robot drawn into the depth picture: masked, and the target stays on the skin."""
     links = {"Link2": transform_from(translation=(0.05, 0.12, 0.42))}
     depth = render(rod((0.05, 0.12, 0.42), (0.306, 0.12, 0.42), 0.050), BELLY, WALL)
-    covered = make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_BASE_COLOUR, links).silhouette
+    covered = make_frame(depth, DEPTH, COLOUR, T_COLOUR_DEPTH, T_BASE_COLOUR, SHAPE, links).silhouette
     left, top, right, bottom = (int(edge) for edge in TRUNK.box)
     assert 0.1 < covered[top:bottom, left:right].mean() < 0.9
     with_arm = locate(frame_of(depth), TRUNK, SETTINGS)
@@ -164,13 +167,13 @@ def test_averaging_does_not_bend_a_sloping_plane_beside_holes():
 
 
 def session_ready():
-    session = LocalizerSession(SETTINGS, T_BASE_COLOUR)
+    session = LocalizerSession(SETTINGS, T_BASE_COLOUR, SHAPE)
     session.colour_camera, session.depth_camera, session.T_colour_depth = COLOUR, DEPTH, T_COLOUR_DEPTH
     return session
 
 
 def test_a_session_tells_what_it_waits_for():
-    session = LocalizerSession(SETTINGS, T_BASE_COLOUR)
+    session = LocalizerSession(SETTINGS, T_BASE_COLOUR, SHAPE)
     assert len(session.missing()) == 3
     assert "waiting for colour camera_info" in session.status(0.0).message
     with pytest.raises(LocalizeError, match="waiting for"):

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_from
-from bathbot_localize.surface.workspace import Workspace, outward_normals
+from bathbot_localize.surface.workspace import outward_normals
 from hypothesis import given
 from hypothesis import strategies as st
+from rm65_links import SHAPE
 
-SPACE = Workspace()
+SPACE = SHAPE.workspace
 
 
 def wall(distance, size=60, pitch=0.004):

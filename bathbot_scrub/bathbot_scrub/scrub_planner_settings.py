@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
+
 from bathbot_scrub.errors import SettingsError
 
 
@@ -16,7 +18,7 @@ class ScrubPlannerSettings:
 
     patch_length: float = _about(0.14, "washed along the scan lines, measured on the skin [m]")
     patch_width: float = _about(0.12, "washed across the scan lines, measured on the skin [m]")
-    brush_diameter: float = _about(0.05, "width of skin one scan line washes [m]")
+    brush_diameter: float = _about(2.0 * SCRUB_HEAD.brush_radius, "width of skin one scan line washes [m]")
     line_spacing: float = _about(0.8, "of scan lines, in brush diameters")
     edge_margin: float = _about(0.012, "between the middle of the brush and the edge of the skin seen [m]")
     head_room: float = _about(0.035, "radius of the space over the brush that must be empty [m]")
@@ -28,7 +30,9 @@ class ScrubPlannerSettings:
     map_margin: float = _about(0.06, "of skin around the patch in which motion is watched [m]")
 
     step: float = _about(0.002, "between neighbouring poses [m]")
-    compression: float = _about(0.005, "by which the path presses the bristles; they give 0.010 [m]")
+    compression: float = _about(
+        0.005, f"by which the path presses the bristles; they give {SCRUB_HEAD.give:.3f} [m]"
+    )
     max_bend: float = _about(0.0075, "of bristles beside the middle; a hollow is pressed less [m]")
     turn_threshold_deg: float = _about(6.0, "theta of Eq. (18), against the last pose applied [deg]")
     segment_points: int = _about(30, "poses in one segment")
@@ -62,8 +66,8 @@ class ScrubPlannerSettings:
             "max_shift", "min_cells", "watch_period", "max_offset", "arm_state_max_age", "stall_timeout",
         )  # fmt: skip
         self._demand_within(
-            ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, 0.010),
-            ("max_bend", 0.001, 0.010),
+            ("edge_margin", 0.0, 0.05), ("map_margin", 0.0, 0.2), ("compression", 0.0, SCRUB_HEAD.give),
+            ("max_bend", 0.001, SCRUB_HEAD.give),
             ("max_slope_deg", 5.0, 80.0), ("min_reach", 0.0, 1.0), ("reach_margin", 0.0, 0.05),
             ("head_room", 0.0, 0.1), ("cell", 0.001, 0.01), ("segment_points", 5, 500),
         )  # fmt: skip

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_points
-from bathbot_scrub.rm65.arm.capsules import arm_capsules
-from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, JOINT_NAMES, LINK_NAMES
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.arm.urdf import urdf
 from bathbot_scrub.rm65.arm.walls import Wall, walls_from
 from bathbot_scrub.rm65.errors import ArmSettingsError
@@ -20,16 +20,18 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 JOINTS = np.random.default_rng(2).uniform(RM65_LIMITS.lower, RM65_LIMITS.upper, (60, 6))
-MODEL, ARM = ArmModel("6F"), Kinematics("6F")
+MODEL, ARM = ArmModel("6F"), RM65("6F")
 
 
 @pytest.mark.parametrize("variant", FLANGE_OFFSETS)
 def test_links_are_where_pinocchio_puts_those_of_the_urdf(variant):
-    model, arm = pin.buildModelFromXML(urdf(variant)), Kinematics(variant)
+    model, arm = pin.buildModelFromXML(urdf(variant)), RM65(variant)
     data = model.createData()
     for joints in JOINTS:
         pin.framesForwardKinematics(model, data, joints)
-        frames = np.stack([data.oMf[model.getFrameId(name)].homogeneous for name in (*LINK_NAMES, HEAD_NAME)])
+        frames = np.stack(
+            [data.oMf[model.getFrameId(name)].homogeneous for name in (*LINK_NAMES, ARM.tool.frame)]
+        )
         assert_allclose(frames[:7], arm.link_frames(joints), atol=1e-9)
         assert_allclose(frames[7], arm.head(joints), atol=1e-9)
 
@@ -52,13 +54,16 @@ def test_the_urdf_holds_the_limits_and_masses_of_the_data_sheet():
 def test_every_link_has_its_capsules():
     root = ElementTree.fromstring(urdf("6FB"))
     shapes = {link.get("name"): len(link.findall("collision")) for link in root.findall("link")}
-    capsules = arm_capsules("6FB")
-    assert shapes == {name: 3 * sum(c.link == name for c in capsules) for name in (*LINK_NAMES, HEAD_NAME)}
+    capsules = RM65("6FB").shape.capsules
+    assert shapes == {
+        name: 3 * sum(c.link == name for c in capsules) for name in (*LINK_NAMES, ARM.tool.frame)
+    }
 
 
 def test_a_shorter_flange_has_a_shorter_last_link():
     lengths = {
-        v: next(c.end[2] - c.start[2] for c in arm_capsules(v) if c.link == "Link6") for v in FLANGE_OFFSETS
+        v: next(c.end[2] - c.start[2] for c in RM65(v).shape.capsules if c.link == "Link6")
+        for v in FLANGE_OFFSETS
     }
     assert lengths["6F"] - lengths["B"] == pytest.approx(FLANGE_OFFSETS["6F"] - FLANGE_OFFSETS["B"])
 
@@ -94,7 +99,7 @@ def test_manipulability_is_none_in_singular_postures_and_does_not_change_about_j
 
 def sampled_distance(first, second, joints, count=300):
     """Distance of two capsules' surfaces by points along their axes."""
-    frames = dict(zip(LINK_NAMES, ARM.link_frames(joints), strict=True)) | {HEAD_NAME: ARM.head(joints)}
+    frames = dict(zip(LINK_NAMES, ARM.link_frames(joints), strict=True)) | {ARM.tool.frame: ARM.head(joints)}
     share = np.linspace(0.0, 1.0, count)[:, None]
     axes = [
         transform_points(frames[c.link], np.array(c.start) + share * (np.array(c.end) - c.start))
@@ -105,8 +110,8 @@ def sampled_distance(first, second, joints, count=300):
 
 
 def test_the_nearest_pair_is_that_of_plain_geometry():
-    capsules = arm_capsules("6F")
-    chain = (*LINK_NAMES, HEAD_NAME)
+    capsules = ARM.shape.capsules
+    chain = (*LINK_NAMES, ARM.tool.frame)
     for joints in JOINTS[:12]:
         expected = min(
             sampled_distance(first, second, joints)
@@ -131,10 +136,10 @@ def test_a_mirrored_posture_is_as_near_to_itself():
 @settings(max_examples=30, deadline=None)
 def test_a_wall_is_as_far_as_the_end_of_a_capsule_next_to_it(joints, tilt, away):
     wall = Wall((float(np.sin(tilt)), 0.0, float(np.cos(tilt))), -away)
-    frames = dict(zip(LINK_NAMES, ARM.link_frames(joints), strict=True)) | {HEAD_NAME: ARM.head(joints)}
+    frames = dict(zip(LINK_NAMES, ARM.link_frames(joints), strict=True)) | {ARM.tool.frame: ARM.head(joints)}
     to_wall = min(
         float((transform_points(frames[c.link], [c.start, c.end]) @ wall.normal).min()) - c.radius + away
-        for c in arm_capsules("6F")
+        for c in ARM.shape.capsules
         if c.link not in ("base_link", "Link1")
     )
     near = ArmModel("6F", [wall]).nearest(joints)

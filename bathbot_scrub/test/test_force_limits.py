@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from bathbot_scrub.rm65.errors import ArmSettingsError
 from bathbot_scrub.rm65.force.force_limits import default_file, load_force_limits, shipped_force_limits
 from bathbot_scrub.rm65.force.wrench_filter import WrenchFilter, at_tip
@@ -91,7 +91,7 @@ def test_missing_file_and_unknown_region_say_what_to_try():
 
 @given(force=forces, torque=forces)
 def test_a_force_at_the_tip_has_no_torque_about_the_tip(force, torque):
-    lever = np.array([0.0, 0.0, HEAD_LENGTH])
+    lever = np.array([0.0, 0.0, SCRUB_HEAD.length])
     flange = np.concatenate([force, np.cross(lever, force) + torque])
     assert_allclose(at_tip(flange), np.concatenate([force, torque]), atol=1e-12)
 

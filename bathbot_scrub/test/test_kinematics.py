@@ -16,7 +16,6 @@ from bathbot_scrub.rm65.arm.kinematics import (
     BASE_HEIGHT,
     FLANGE_OFFSETS,
     FOREARM,
-    T_FLANGE_HEAD,
     UPPER_ARM,
     Kinematics,
 )
@@ -52,7 +51,7 @@ def test_link_frames_end_in_the_flange_and_broadcast():
     frames = ARM.link_frames(JOINTS[:6].reshape(2, 3, 6))
     assert frames.shape == (2, 3, 7, 4, 4)
     assert_allclose(frames[..., 6, :, :], ARM.flange(JOINTS[:6]).reshape(2, 3, 4, 4))
-    assert_allclose(ARM.head(JOINTS[0]), ARM.flange(JOINTS[0]) @ T_FLANGE_HEAD)
+    assert_allclose(ARM.head(JOINTS[0]), ARM.flange(JOINTS[0]) @ ARM.tool.T_flange_head)
 
 
 @given(joints=angles)

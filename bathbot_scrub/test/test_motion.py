@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, PLANNER, TARGET, TOUCH, facing
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH, retreated
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
+from bathbot_scrub.rm65.arm.kinematics import retreated
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 from hypothesis import given, settings
@@ -32,7 +33,7 @@ def test_the_way_to_a_standoff_stays_on_the_arms_side(place):
         return
     assert_allclose(ARM.head(path.joints[-1]), standoff, atol=1e-6)
     frames = ARM.link_frames(path.joints)
-    tips = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+    tips = frames[:, 6, :3, 3] + SCRUB_HEAD.length * frames[:, 6, :3, 2]
     beyond = np.concatenate([tips, frames[:, 4, :3, 3]]) @ target[:3, 2] - target[:3, 3] @ target[:3, 2]
     assert beyond.max() < -0.03  # at least half the stand-off is left
 
@@ -61,7 +62,7 @@ def test_the_way_home_from_a_far_chest_with_the_wrist_wound_up():
     assert_allclose(path.joints[-1], HOME, atol=1e-9)
     side = retreated(ARM.head(start), -0.03)
     frames = ARM.link_frames(path.joints)
-    heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+    heads = frames[:, 6, :3, 3] + SCRUB_HEAD.length * frames[:, 6, :3, 2]
     assert (heads @ side[:3, 2]).max() - side[:3, 2] @ side[:3, 3] < 0.021
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, TARGET, TOUCH, facing, straight
-from bathbot_localize.arm.arm_shape import BRUSH_RADIUS
-from bathbot_scrub.rm65.arm.capsules import arm_capsules
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from bathbot_scrub.rm65.arm.kinematics import retreated
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.rm65.paths.clearance import swept
@@ -79,7 +79,7 @@ def test_nothing_on_the_way_is_stepped_over(begin, end, share, part, at):
     """One point on the axis of a link, at any moment of a path, is always met."""
     if np.abs(end - begin).max() < 1e-3:
         return
-    capsules = [c for c in arm_capsules("6F") if c.link not in ("base_link", "Link1")]
+    capsules = RM65("6F").shape.moving
     joints = joint_move(begin, end)[1]
     path = swept(ARM, tuple(capsules), joints)
     assert_allclose(path.joints[[0, -1]], joints[[0, -1]])
@@ -154,7 +154,9 @@ def test_who_stands_too_near_may_leave_but_not_come_nearer():
     around, planner = cell()
     line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
     tip = ARM.head(line.joints[0])
-    beside = tip[:3, 3] + (BRUSH_RADIUS + 0.004) * tip[:3, 0] - BRUSH_RADIUS * tip[:3, 2]
+    beside = (
+        tip[:3, 3] + (SCRUB_HEAD.brush_radius + 0.004) * tip[:3, 0] - SCRUB_HEAD.brush_radius * tip[:3, 2]
+    )
     around.see(beside[None], Clock.now)
     around.check(planner.line(line.joints[0], -0.05, 0.1).joints, (), 0.015)
     beside_tool = joint_move(line.joints[0], line.joints[0] + 0.05 * np.eye(6)[0])[1]

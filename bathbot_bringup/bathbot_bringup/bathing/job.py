@@ -2,12 +2,14 @@
 
 from contextlib import suppress
 
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+
 from bathbot_bringup.bathing import steps
 from bathbot_bringup.bathing.client_node import Bather
 from bathbot_bringup.errors import BringupError, StepError
 from bathbot_bringup.graph.stages import StageLog
 
-SCRUB_SPEED = 0.04  # [m/s] of the planner's default, to turn a time into a length
+_SPEED = ScrubPlannerSettings().speed  # [m/s] turns a time into a length
 
 
 class BathingJob:
@@ -60,7 +62,7 @@ class BathingJob:
             contact = self._bather.approach(self.sighting, self._log.progress)
         self._log.note(f"skin felt with {contact.force:.1f} N")
         with self._log.stage("scrub", steps.SCRUB.about):
-            scrubbed = self._bather.scrub(self._duration * SCRUB_SPEED, self._log.progress)
+            scrubbed = self._bather.scrub(self._duration * _SPEED, self._log.progress)
         self._log.note(f"{scrubbed.segments} segments, {scrubbed.length:.2f} m of path")
 
     def _leave(self) -> None:

@@ -13,8 +13,6 @@ import numpy as np
 from bathbot_scrub.rm65.arm.kinematics import (
     BASE_HEIGHT,
     FOREARM,
-    T_FLANGE_HEAD,
-    T_HEAD_FLANGE,
     UPPER_ARM,
     Kinematics,
 )
@@ -89,7 +87,7 @@ def _eaik_solver(arm: Kinematics, heads: Array) -> Callable[[], Array]:
     )
     at_zero = np.eye(4)  # EAIK's tool is upright at zero, our flange is turned
     at_zero[:3, :3] = arm.flange(np.zeros(6))[:3, :3].T
-    flanges = heads @ T_HEAD_FLANGE @ at_zero
+    flanges = heads @ arm.tool.T_head_flange @ at_zero
     singly = list(flanges)
 
     def batch() -> Array:
@@ -108,7 +106,7 @@ def _pin_solver(arm: Kinematics, heads: Array) -> Callable[[], Array]:
 
     model = pin.buildModelFromXML(urdf(arm.variant))
     data, last = model.createData(), model.njoints - 1
-    at_joint = T_FLANGE_HEAD.copy()
+    at_joint = arm.tool.T_flange_head.copy()
     goals = [pin.SE3(head) * pin.SE3(at_joint).inverse() for head in heads]
     damping = _DAMPING * np.eye(6)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
@@ -39,7 +39,7 @@ def marker_poses(T_base_camera: ArrayLike, home: ArrayLike, count: int, seed: in
         if len(found) == count:
             return np.array(found)
         flange = T_base_camera @ _flange_before_camera(random)
-        solutions = solve_head(kinematics, flange @ T_FLANGE_HEAD)
+        solutions = solve_head(kinematics, flange @ kinematics.tool.T_flange_head)
         if np.isfinite(solutions).all(axis=-1).any():
             joints = nearest(solutions, joints)
             found.append(joints)

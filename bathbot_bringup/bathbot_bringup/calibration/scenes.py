@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.rm65.controller.client import ArmClient
 from bathbot_scrub.rm65.controller.protocol import joints_to_wire
 from numpy.typing import NDArray
@@ -23,7 +24,6 @@ from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_bringup.graph.isolation import free_domain, used_ports
 from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
-from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG
 from bathbot_bringup.sim.camera.d455_unit import find_preset, make_unit
 from bathbot_bringup.sim.scene import true_camera_pose
 
@@ -98,7 +98,7 @@ def simulate_marker(scene: MarkerScene, tell: Callable[[str], None]) -> int:
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp},
         "sim_camera": {"scene": "aruco", "seed": scene.seed, "rate": MARKER_RATE},
     }
-    poses = marker_poses(true_camera_pose(), np.radians(HOME_DEG), scene.poses, scene.seed)
+    poses = marker_poses(true_camera_pose(), installed_arm().home, scene.poses, scene.seed)
     with _recording(scene.out, nodes) as client:
         mover = _Mover(client, ports)
         try:

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, Delaunay, QhullError, cKDTree
 
 Array = NDArray[np.float64]
-BRUSH_RADIUS = 0.025  # [m]
 _DEPTH = 0.05  # [m] skin farther than this from the path's mean plane is another part of the body
 _WINDOW = 1.0  # [s] the body is taken to stand still for so long
 _SPACING = 0.003  # [m] between samples of skin
@@ -93,6 +93,7 @@ def coverage(
     vertices_at: Callable[[float], Array],
     times: ArrayLike,
     brush: ArrayLike,
+    radius: float = SCRUB_HEAD.brush_radius,
 ) -> Coverage:
     """Find the share of the patch that came under the brush while the body moved.
 
@@ -103,6 +104,7 @@ def coverage(
         vertices_at: Gives the points of the body in the base frame [m], shape (V, 3), at a time [s].
         times: When the brush touched [s], increasing, shape (N,).
         brush: Where the middle of the bent brush was then [m], shape (N, 3).
+        radius: Of the brush [m].
     """
     planned, times = np.asarray(planned, dtype=float), np.asarray(times, dtype=float)
     brush = np.asarray(brush, dtype=float).reshape(-1, 3)
@@ -125,7 +127,7 @@ def coverage(
     for window in np.unique(windows):
         now = windows == window
         samples = np.einsum("sc,scx->sx", weights, vertices_at(float(times[now].mean()))[faces[triangles]])
-        near, _ = cKDTree(brush[now]).query(samples, distance_upper_bound=BRUSH_RADIUS)
+        near, _ = cKDTree(brush[now]).query(samples, distance_upper_bound=radius)
         covered |= np.isfinite(near)
     samples = np.einsum("sc,scx->sx", weights, start[faces[triangles]])
     return Coverage(frame.flatten(samples)[:, :2], covered, outline)

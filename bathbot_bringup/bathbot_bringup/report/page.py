@@ -14,7 +14,9 @@ from bathbot_bringup.report import figures
 from bathbot_bringup.report.coverage import patch_frame
 from bathbot_bringup.report.measures import RunMeasures
 from bathbot_bringup.report.run_data import Run
+from bathbot_bringup.sim.brush import Brush
 
+_BRUSH = Brush()
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; } td { padding: .2em 1.2em .2em 0; border-bottom: 1px solid #ddd; }
@@ -23,8 +25,9 @@ td + td { text-align: right; font-variant-numeric: tabular-nums; } img { max-wid
 .done { color: #0a7d4f; } .failed { color: #b3261e; }
 """
 _NOTICE = (
-    "SIMULATED. Person, camera, arm and forces come from models: bristles of 0.4 N/mm that give 10 mm, then "
-    "stiff skin. Nothing here says that a real arm would be safe or pleasant for a real person."
+    "SIMULATED. Person, camera, arm and forces come from models: bristles of "
+    f"{_BRUSH.stiffness / 1e3:g} N/mm that give {_BRUSH.give * 1e3:g} mm, then stiff skin. "
+    "Nothing here says that a real arm would be safe or pleasant for a real person."
 )
 
 

@@ -1,4 +1,4 @@
-"""The simulated brush on the simulated skin: bristles with 10 mm of give, then stiff skin.
+"""The simulated brush on the simulated skin: bristles that give, then stiff skin.
 
 Seven rays (centre and ring) along the head's z axis measure how far each bunch of bristles is bent.
 The forces are a model, not measurements of any person.
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -57,8 +58,8 @@ class Contact(NamedTuple):
 class Brush:
     """A round soft brush."""
 
-    radius: float = 0.025  # [m]
-    give: float = 0.010  # [m] that bristles bend
+    radius: float = SCRUB_HEAD.brush_radius  # [m]
+    give: float = SCRUB_HEAD.give  # [m] that bristles bend
     stiffness: float = 400.0  # [N/m] of all bristles together, 0.4 N/mm
     friction: float = 0.3  # of wet bristles on skin; ours
     _ring: Array = field(init=False, repr=False)

@@ -13,7 +13,7 @@ from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_localize.arm.arm_shape import RM65_CAPSULES, ArmCapsule
+from bathbot_localize.arm.arm_shape import ArmCapsule
 from bathbot_localize.surface.registration import view_radius
 
 Array = NDArray[np.float64]
@@ -24,17 +24,17 @@ _FIXED_POINT = 4  # bits of a pixel's fraction in OpenCV's drawing
 
 
 def arm_silhouette(
-    T_base_link: Mapping[str, Array], T_base_camera: ArrayLike, camera: Pinhole, margin: float = 0.02,
-    capsules: Iterable[ArmCapsule] = RM65_CAPSULES,
+    capsules: Iterable[ArmCapsule], T_base_link: Mapping[str, Array], T_base_camera: ArrayLike,
+    camera: Pinhole, margin: float = 0.02,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Pixels that the widened arm covers, shape (height, width).
 
     Args:
+        capsules: Shape of the arm.
         T_base_link: Pose of each link, shape (4, 4); links that are missing are not drawn.
         T_base_camera: Maps camera coordinates to the base, shape (4, 4).
         camera: Intrinsics with distortion.
         margin: By which every capsule is widened [m].
-        capsules: Shape of the arm.
     """
     picture = np.zeros((camera.height, camera.width), np.uint8)
     T_camera_base = inverse(T_base_camera)
@@ -90,16 +90,16 @@ def project_widely(camera: Pinhole, points: Array) -> Array:
 
 
 def near_arm(
-    points_base: ArrayLike, T_base_link: Mapping[str, Array], margin: float = 0.02,
-    capsules: Iterable[ArmCapsule] = RM65_CAPSULES,
+    points_base: ArrayLike, capsules: Iterable[ArmCapsule], T_base_link: Mapping[str, Array],
+    margin: float = 0.02,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Points of the widened arm, shape (...).
 
     Args:
         points_base: Base frame [m], shape (..., 3); NaN is never near.
+        capsules: Shape of the arm.
         T_base_link: Pose of each link, shape (4, 4); links that are missing are left out.
         margin: By which every capsule is widened [m].
-        capsules: Shape of the arm.
     """
     points = np.asarray(points_base, dtype=float)
     found = [capsule for capsule in capsules if capsule.link in T_base_link]

@@ -1,19 +1,21 @@
-"""The shape of the RM65-6F with its scrub head, as capsules in the frames of its links.
+"""The shape of an arm with its scrub head, as the localiser needs it: capsules in the frames of its links.
 
-Frames are those of the modified DH table (Craig): frame i sits at joint i, its z is the axis of
-that joint, and T_(i-1)_i = Rx(alpha) Tx(a) Rz(q + offset) Tz(d). So Link2 has the upper arm
-(256 mm) along its +x, Link4 has its origin at the wrist centre and the forearm (210 mm) behind it
-along -z, Link6 is the flange with the wrist (172.5 mm) behind it along -z, and scrub_head has its
-origin at the tip of the bristles, 0.10 m beyond the flange, with z into the skin.
-
-Lengths are the manufacturer's; radii are taken from outline drawings, about 5 mm on the wide side.
-Capsules end in half spheres, so neighbours overlap and a joint leaves no gap.
+Capsules end in half spheres, so neighbours overlap and a joint leaves no gap. Where the links are comes from
+TF; which arm it is, from `installed_shape`.
 """
 
 from dataclasses import dataclass
+from importlib import import_module
 
-HEAD_LENGTH = 0.10  # [m] from the flange to the tip of the bristles, d of Eq. (16)
-BRUSH_RADIUS = 0.025  # [m]
+from bathbot_localize.errors import LocalizeError
+from bathbot_localize.surface.workspace import Workspace
+
+INSTALLED_ARM = "bathbot_scrub.installed_arm"
+"""The module that knows the arm. It lies downstream, so it is found by name, when a node starts."""
+
+
+class UnknownArmError(LocalizeError):
+    """No module tells what the arm looks like."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +28,40 @@ class ArmCapsule:
     radius: float
 
 
-RM65_CAPSULES = (
-    ArmCapsule("base_link", (0.0, 0.0, 0.0), (0.0, 0.0, 0.17), 0.055),
-    ArmCapsule("Link1", (0.0, 0.0, -0.07), (0.0, 0.0, 0.0), 0.055),
-    ArmCapsule("Link2", (0.0, 0.0, 0.0), (0.256, 0.0, 0.0), 0.050),
-    ArmCapsule("Link3", (0.0, 0.0, 0.0), (0.0, -0.07, 0.0), 0.045),
-    ArmCapsule("Link4", (0.0, 0.0, -0.14), (0.0, 0.0, 0.0), 0.040),
-    ArmCapsule("Link5", (0.0, 0.0, 0.0), (0.0, -0.0725, 0.0), 0.040),
-    ArmCapsule("Link6", (0.0, 0.0, -0.10), (0.0, 0.0, -0.01), 0.035),
-    # The handle, then the brush: its sphere ends at the tip of the uncompressed bristles.
-    ArmCapsule("scrub_head", (0.0, 0.0, -HEAD_LENGTH), (0.0, 0.0, -0.040), 0.020),
-    ArmCapsule("scrub_head", (0.0, 0.0, -0.040), (0.0, 0.0, -BRUSH_RADIUS), BRUSH_RADIUS),
-)
+@dataclass(frozen=True, slots=True)
+class ArmShape:
+    """What an arm fills, and where it can work.
+
+    Attributes:
+        capsules: Of all links and the scrub head, from the base outwards.
+        standing: Links that stand still or turn about their own axis at most, and so come near nobody.
+        workspace: Where skin can be touched.
+    """
+
+    capsules: tuple[ArmCapsule, ...]
+    standing: tuple[str, ...]
+    workspace: Workspace
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the frames that have a capsule, from the base outwards."""
+        return tuple(dict.fromkeys(capsule.link for capsule in self.capsules))
+
+    @property
+    def moving(self) -> tuple[ArmCapsule, ...]:
+        """Capsules of the links that can come near a person."""
+        return tuple(capsule for capsule in self.capsules if capsule.link not in self.standing)
+
+
+def installed_shape() -> ArmShape:
+    """The shape of the arm that is installed.
+
+    Raises:
+        UnknownArmError: The package that knows the arm is not there.
+    """
+    try:
+        return import_module(INSTALLED_ARM).installed_arm().shape
+    except ImportError as error:
+        raise UnknownArmError(
+            f"{INSTALLED_ARM} does not tell the arm's shape ({error}); build and install bathbot_scrub too"
+        ) from error

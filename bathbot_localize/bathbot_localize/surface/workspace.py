@@ -27,12 +27,14 @@ class Workspace:
         nearest: Radius inside which the elbow cannot fold [m].
         farthest: Radius to which the arm stretches with some bend left [m].
         behind: From the target to the wrist's centre, along the outward normal [m].
+        within: Radius beyond which no part of the arm comes [m].
     """
 
-    shoulder: tuple[float, float, float] = (0.0, 0.0, 0.2405)
-    nearest: float = 0.22
-    farthest: float = 0.42
-    behind: float = 0.2725
+    shoulder: tuple[float, float, float]
+    nearest: float
+    farthest: float
+    behind: float
+    within: float
 
     def holds(self, points_base: Array, outward: Array) -> Mask:
         """Whether skin at points [m] with outward unit normals, both (..., 3), can be worked on, (...)."""

@@ -12,8 +12,6 @@ from bathbot_localize.arm.arm_mask import near_arm
 from bathbot_localize.target.localizer import Frame
 
 Array = NDArray[np.float64]
-_SHOULDER = (0.0, 0.0, 0.2405)  # [m] about which the arm reaches
-_REACH = 0.85  # [m] head and brush included, and a little more
 _SAMPLES = 3.0  # points across a voxel, at 1 m
 _LEAST = 3  # points in a voxel; fewer are noise at an edge
 _BEHIND = 0.03  # [m] by which depths may differ and still be one thing
@@ -41,8 +39,11 @@ class BodyCloud:
         depth = frame.depth[::stride, ::stride]
         rows, columns = np.indices(depth.shape) * stride
         points = transform_points(T_base_depth, camera.deproject(np.stack([columns, rows], axis=-1), depth))
-        arm = near_arm(points, frame.T_base_link, self._margin)
-        near = np.linalg.norm(points - _SHOULDER, axis=-1) <= _REACH  # not where there is no depth
+        arm = near_arm(points, frame.shape.capsules, frame.T_base_link, self._margin)
+        workspace = frame.shape.workspace
+        near = (
+            np.linalg.norm(points - workspace.shoulder, axis=-1) <= workspace.within
+        )  # not where there is no depth
         fresh = self._centres(points[near & ~arm])
         known = transform_points(inverse(T_base_depth), self._points)
         hidden = _hidden(camera.project(known) / stride, known[:, 2], depth, arm)

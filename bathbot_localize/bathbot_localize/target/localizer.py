@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bathbot_localize.arm import clearance
 from bathbot_localize.arm.arm_mask import arm_silhouette, near_arm
+from bathbot_localize.arm.arm_shape import ArmCapsule, ArmShape
 from bathbot_localize.arm.clearance import Column, has_room
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
@@ -24,7 +25,6 @@ from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_WORKSPACE = Workspace()
 _SURROUNDINGS = 3.0  # side of what must be workable about a target, in radii of its disc
 _CHOICE_STRIDE = 2  # [px] the target pixel is chosen on a grid this coarse
 _LEAST_AGREEMENT = 0.6  # share of a disc's points that must lie on the fitted surface
@@ -42,6 +42,7 @@ class Frame(NamedTuple):
         depth: Corrected depth [m], shape (H, W), NaN = none.
         T_colour_depth: Maps depth to colour camera coordinates, shape (4, 4).
         T_base_colour: Maps colour camera to base coordinates, shape (4, 4); hand-eye.
+        shape: Of the arm.
         T_base_link: Pose of each link of the arm by name; empty where there is no arm.
         silhouette: Pixels of the colour picture that the arm covers, shape (H, W).
     """
@@ -51,6 +52,7 @@ class Frame(NamedTuple):
     colour_camera: Pinhole
     T_colour_depth: Array
     T_base_colour: Array
+    shape: ArmShape
     T_base_link: Mapping[str, Array]
     silhouette: NDArray[np.bool_]
 
@@ -64,11 +66,13 @@ class Localised(NamedTuple):
 
 def make_frame(
     depth: NDArray[np.float32], depth_camera: Pinhole, colour_camera: Pinhole, T_colour_depth: Array,
-    T_base_colour: Array, T_base_link: Mapping[str, Array], arm_margin: float = 0.02,
+    T_base_colour: Array, shape: ArmShape, T_base_link: Mapping[str, Array], arm_margin: float = 0.02,
 ) -> Frame:  # fmt: skip
     """A frame with the arm's silhouette drawn; see `Frame` for the arguments."""
-    silhouette = arm_silhouette(T_base_link, T_base_colour, colour_camera, arm_margin)
-    return Frame(depth, depth_camera, colour_camera, T_colour_depth, T_base_colour, T_base_link, silhouette)
+    silhouette = arm_silhouette(shape.capsules, T_base_link, T_base_colour, colour_camera, arm_margin)
+    return Frame(
+        depth, depth_camera, colour_camera, T_colour_depth, T_base_colour, shape, T_base_link, silhouette
+    )
 
 
 def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin: float) -> Patch:
@@ -77,15 +81,12 @@ def register_skin(frame: Frame, box: tuple[float, ...], stride: int, arm_margin:
     points = patch.points
     points[frame.silhouette[np.ix_(patch.v.astype(int), patch.u.astype(int))]] = np.nan
     if frame.T_base_link:
-        points[near_arm(transform_points(frame.T_base_colour, points), frame.T_base_link, arm_margin)] = (
-            np.nan
-        )
+        seen = transform_points(frame.T_base_colour, points)
+        points[near_arm(seen, frame.shape.capsules, frame.T_base_link, arm_margin)] = np.nan
     return patch
 
 
-def locate(
-    frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings, workspace: Workspace = _WORKSPACE
-) -> Target:
+def locate(frame: Frame, region: SkinRegion, settings: TargetLocalizerSettings) -> Target:
     """The contact target of a region: the middle of its box, or the nearest place with room for arm and head.
 
     Raises:
@@ -99,7 +100,7 @@ def locate(
     flat = skin & away_from_edges(depth, _CHOICE_STRIDE)
     around = max(int(_SURROUNDINGS * settings.disc_radius_px / _CHOICE_STRIDE), 3)
     normals = outward_normals(patch.points)
-    workable = flat & workspace.workable(patch.points, normals, frame.T_base_colour, around)
+    workable = flat & frame.shape.workspace.workable(patch.points, normals, frame.T_base_colour, around)
     roomy = flat & has_room(patch.points, normals, Column(settings.head_room, settings.max_relief))
     for places in [*filter(np.any, (workable & roomy, workable, roomy)), flat]:
         refusals = []
@@ -166,13 +167,15 @@ def warm_up() -> None:
     """Compile the loops, or load them from the cache of an earlier run, before the first picture comes."""
     camera = Pinhole(64, 48, 50.0, 50.0, 31.5, 23.5)
     depth = np.full((camera.height, camera.width), 0.7, np.float32)
+    anywhere = Workspace((0.0, 0.0, 0.0), 0.0, np.inf, 0.0, np.inf)
     frame = make_frame(
         depth,
         camera,
         camera,
         np.eye(4),
         np.eye(4),
-        {"base_link": transform_from(translation=(9.0, 0.0, 1.0))},
+        ArmShape((ArmCapsule("arm", (0.0, 0.0, 0.0), (0.0, 0.0, 0.1), 0.05),), (), anywhere),
+        {"arm": transform_from(translation=(9.0, 0.0, 1.0))},
     )
     surface_of(frame, (10.0, 10.0, 50.0, 40.0), TargetLocalizerSettings())
     clearance.warm_up()

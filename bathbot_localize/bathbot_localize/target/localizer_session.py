@@ -8,7 +8,7 @@ from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import NDArray
 
-from bathbot_localize.arm.arm_shape import RM65_CAPSULES
+from bathbot_localize.arm.arm_shape import ArmShape
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.frame_tree import FrameTree, UnknownFrameError
 from bathbot_localize.regions import SkinRegion
@@ -20,8 +20,6 @@ from bathbot_localize.target.smoothing import TargetSmoother
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 
 Array = NDArray[np.float64]
-_ARM_LINKS = tuple(dict.fromkeys(capsule.link for capsule in RM65_CAPSULES))
-_LAST_LINK = _ARM_LINKS[-1]
 
 
 class Status(NamedTuple):
@@ -38,9 +36,10 @@ class UnknownRegionError(LocalizeError):
 class LocalizerSession:
     """Turns depth pictures and regions into targets and surfaces; several threads may use it."""
 
-    def __init__(self, settings: TargetLocalizerSettings, T_base_colour: Array) -> None:
-        """Begin with a hand-eye result and nothing known of the cameras."""
+    def __init__(self, settings: TargetLocalizerSettings, T_base_colour: Array, shape: ArmShape) -> None:
+        """Begin with a hand-eye result and an arm, and nothing known of the cameras."""
         self.settings, self.T_base_colour = settings, T_base_colour
+        self._shape, self._link_names = shape, shape.links
         self.names = tuple(settings.region_names)
         self.colour_camera: Pinhole | None = None
         self.depth_camera: Pinhole | None = None
@@ -85,7 +84,7 @@ class LocalizerSession:
         """Take in one entry of /tf, or of /tf_static with `stamp` None."""
         with self._frames_lock:
             self._frames.add(parent, child, transform, stamp)
-            self._arm_known |= child == _LAST_LINK
+            self._arm_known |= child == self._link_names[-1]
 
     def T_base_camera_link(self) -> Array:
         """Pose of the camera's body in the base frame, shape (4, 4).
@@ -190,7 +189,7 @@ class LocalizerSession:
             raise LocalizeError(f"waiting for {', '.join(self.missing())}; does the camera run?")
         return make_frame(
             depth, self.depth_camera, self.colour_camera, self.T_colour_depth, self.T_base_colour,
-            self._links(stamp), self.settings.arm_margin,
+            self._shape, self._links(stamp), self.settings.arm_margin,
         )  # fmt: skip
 
     def _links(self, stamp: float) -> dict[str, Array]:
@@ -200,7 +199,8 @@ class LocalizerSession:
                 return {}
             try:
                 return {
-                    link: self._frames.lookup(self.settings.base_frame, link, stamp) for link in _ARM_LINKS
+                    link: self._frames.lookup(self.settings.base_frame, link, stamp)
+                    for link in self._link_names
                 }
             except UnknownFrameError as error:
                 raise LocalizeError(f"the arm cannot be masked: {error}") from error

@@ -14,12 +14,11 @@ the path but not the roll of the skin about it.
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import inverse, transform_from
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
-HEAD_LENGTH = 0.10  # d of Eq. (16) [m], flange to bristle tips
 TURN_THRESHOLD = np.radians(6.0)  # theta of Eq. (18) [rad]
 
 
@@ -57,9 +56,9 @@ def head_poses(rotations: ArrayLike, points: ArrayLike) -> Array:
     return poses
 
 
-def flange_poses(T_base_head: ArrayLike, head_length: float = HEAD_LENGTH) -> Array:
+def flange_poses(T_base_head: ArrayLike, head: ScrubHead = SCRUB_HEAD) -> Array:
     """Poses of the flange, shape (..., 4, 4), that hold the head at T_base_head: Eqs. (15)-(17)."""
-    return np.asarray(T_base_head) @ inverse(transform_from(translation=(0.0, 0.0, head_length)))
+    return np.asarray(T_base_head) @ head.T_head_flange
 
 
 def step_angles(points: ArrayLike) -> Array:

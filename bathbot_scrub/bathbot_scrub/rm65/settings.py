@@ -4,8 +4,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
+
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.limits import HOME_DEG, RM65_LIMITS
 from bathbot_scrub.rm65.arm.walls import walls_from
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
@@ -25,9 +27,7 @@ class DriverSettings:
     force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
 
     rate: float = _about(100.0, "of joint commands [Hz]; the controller's high-follow mode needs 100 or more")
-    home_deg: tuple[float, ...] = _about(
-        (0.0, 60.0, -130.0, 0.0, -80.0, 0.0), "folded posture out of the view [deg]"
-    )
+    home_deg: tuple[float, ...] = _about(HOME_DEG, "folded posture out of the view [deg]")
     joint_speed: float = _about(0.8, "of the fastest joint between postures [rad/s]")
     joint_acceleration: float = _about(2.0, "of the fastest joint between postures [rad/s^2]")
     joint_share: float = _about(0.5, "of the joints' limits that tool paths may use, 0..1")
@@ -69,7 +69,9 @@ class DriverSettings:
     tool_mass: float = _about(
         0.0, "of the tool, as far as the controller's own calibration leaves it out [kg]"
     )
-    tool_centre: tuple[float, ...] = _about((0.0, 0.0, 0.05), "its centre, from the flange [m]")
+    tool_centre: tuple[float, ...] = _about(
+        (0.0, 0.0, SCRUB_HEAD.mass_centre), "its centre, from the flange [m]"
+    )
     force_cutoff: float = _about(15.0, "of the low-pass on the wrench [Hz]")
     publish_rate: float = _about(50.0, "of joint_states, wrench and tool_pose [Hz]")
     vendor_topics: bool = _about(False, "also offer the topics of the vendor's driver, under rm_driver/")

@@ -1,4 +1,4 @@
-"""The arm as the camera sees it: the capsules of `bathbot_localize.arm.arm_shape`, and a brush with bristles.
+"""The arm as the camera sees it: the capsules of its shape, and a brush with bristles.
 
 The camera's masks are made from the same capsules; the arm drawn here is a little thinner than they say, as
 they were taken from outlines on the wide side.
@@ -6,8 +6,8 @@ they were taken from outlines on the wide side.
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_points
-from bathbot_localize.arm.arm_shape import RM65_CAPSULES
-from bathbot_scrub.rm65.arm.kinematics import LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.installed_arm import installed_arm
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.render.mesh import Mesh, capsule_shape, cylinder_shape, merged, plain_mesh
@@ -16,29 +16,34 @@ SHELL = (0.72, 0.73, 0.75)
 JOINT = (0.12, 0.13, 0.15)
 SLIMMER = {SHELL: 0.003, JOINT: 0.006}  # [m] than the capsules; unlike, so that no two surfaces coincide
 BRISTLES = (0.16, 0.38, 0.42)
+HANDLE_SLIMMER, ROOT_SLIMMER, TIP_SLIMMER = 0.002, 0.004, 0.006  # [m] of the scrub head
 
 
 class ArmMesh:
-    """The RM65 with its scrub head, drawn at any joint angles."""
+    """An arm with its scrub head, drawn at any joint angles."""
 
-    def __init__(self, head: bool = True) -> None:
+    def __init__(self, arm: RM65 | None = None, head: bool = True) -> None:
         """Make the shapes.
 
         Args:
+            arm: The one that is installed if left out.
             head: Whether the scrub head is mounted.
         """
-        pieces = []
-        for capsule in RM65_CAPSULES:
-            if capsule.link == "scrub_head":
+        self._arm, pieces = arm or installed_arm(), []
+        links, tool = self._arm.link_names, self._arm.tool
+        for capsule in self._arm.shape.capsules:
+            if capsule.link == tool.frame:
                 continue
             colour = SHELL if capsule.link in ("Link2", "Link4", "base_link") else JOINT
             shape = capsule_shape(capsule.start, capsule.end, capsule.radius - SLIMMER[colour])
-            pieces.append((LINK_NAMES.index(capsule.link), plain_mesh(*shape, colour, gloss=0.5)))
+            pieces.append((links.index(capsule.link), plain_mesh(*shape, colour, gloss=0.5)))
         if head:
-            handle = cylinder_shape((0.0, 0.0, -0.10), (0.0, 0.0, -0.038), (0.018, 0.018))
-            bristles = cylinder_shape((0.0, 0.0, -0.038), (0.0, 0.0, 0.0), (0.021, 0.019))
-            pieces.append((len(LINK_NAMES), plain_mesh(*handle, SHELL, gloss=0.4)))
-            pieces.append((len(LINK_NAMES), plain_mesh(*bristles, BRISTLES, gloss=0.0, grain=0.4)))
+            joint, grip = (0.0, 0.0, HANDLE_SLIMMER - tool.brush_height), tool.handle_radius - HANDLE_SLIMMER
+            brush = (tool.brush_radius - ROOT_SLIMMER, tool.brush_radius - TIP_SLIMMER)
+            handle = cylinder_shape((0.0, 0.0, -tool.length), joint, (grip, grip))
+            bristles = cylinder_shape(joint, (0.0, 0.0, 0.0), brush)
+            pieces.append((len(links), plain_mesh(*handle, SHELL, gloss=0.4)))
+            pieces.append((len(links), plain_mesh(*bristles, BRISTLES, gloss=0.0, grain=0.4)))
         self._mesh = merged([mesh for _, mesh in pieces])
         self._link = np.repeat([link for link, _ in pieces], [len(mesh.vertices) for _, mesh in pieces])
 
@@ -49,8 +54,7 @@ class ArmMesh:
 
     def vertices(self, joints: ArrayLike) -> NDArray[np.float64]:
         """Points [m] in base_link at joint angles [rad], shape (6,) -> (V, 3)."""
-        frames = Kinematics().link_frames(joints)
-        frames = np.concatenate([frames, (frames[-1] @ T_FLANGE_HEAD)[None]])
+        frames = np.concatenate([self._arm.link_frames(joints), self._arm.head(joints)[None]])
         placed = np.empty_like(self._mesh.vertices)
         for link, frame in enumerate(frames):
             mine = self._link == link

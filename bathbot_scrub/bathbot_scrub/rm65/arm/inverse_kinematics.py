@@ -11,7 +11,7 @@ from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.arm.branch_kernel import fill_branches, first_flawed
-from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, T_HEAD_FLANGE, UPPER_ARM, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM, Kinematics
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.errors import InvalidPoseError, UnreachableError
 
@@ -105,7 +105,7 @@ def nearest(solutions: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LI
 
 def solve_head(kinematics: Kinematics, T_base_head: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
     """Joint angles [rad], shape (..., 8, 6), that hold the head at poses (..., 4, 4); NaN where none."""
-    flanges = check_poses(T_base_head) @ T_HEAD_FLANGE
+    flanges = check_poses(T_base_head) @ kinematics.tool.T_head_flange
     return _branches(kinematics, flanges, limits.lower, limits.upper)
 
 
@@ -130,7 +130,7 @@ def why_unreachable(
     branch: int | None = None,
 ) -> str:
     """Say what keeps the head from a pose, (4, 4), on a branch or on all; empty when nothing does."""
-    flange = np.asarray(T_base_head, dtype=float) @ T_HEAD_FLANGE
+    flange = np.asarray(T_base_head, dtype=float) @ kinematics.tool.T_head_flange
     wrist = flange[:3, 3] - kinematics.flange_offset * flange[:3, 2] - (0.0, 0.0, BASE_HEIGHT)
     distance = float(np.linalg.norm(wrist))
     solutions = np.atleast_2d(all_branches(kinematics, flange)[slice(None) if branch is None else branch])

@@ -8,7 +8,7 @@ in d6, the distance from the wrist centre to the flange: 6F carries the force se
 from dataclasses import dataclass
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.errors import ArmSettingsError
@@ -22,24 +22,18 @@ FOREARM = 0.210  # d4 [m]: elbow to wrist centre
 LINK_NAMES = ("base_link", "Link1", "Link2", "Link3", "Link4", "Link5", "Link6")
 JOINT_NAMES = ("joint1", "joint2", "joint3", "joint4", "joint5", "joint6")
 
-HEAD_NAME = "scrub_head"
-HEAD_LENGTH = 0.10  # [m] flange to the tip of unbent bristles, Eqs. (15)-(17)
-T_FLANGE_HEAD = transform_from(translation=(0.0, 0.0, HEAD_LENGTH))
-T_FLANGE_HEAD.setflags(write=False)
-T_HEAD_FLANGE = transform_from(translation=(0.0, 0.0, -HEAD_LENGTH))
-T_HEAD_FLANGE.setflags(write=False)
-
 _QUARTER = np.pi / 2
 _ALPHA = (0.0, _QUARTER, 0.0, _QUARTER, -_QUARTER, _QUARTER)
 _A = (0.0, 0.0, UPPER_ARM, 0.0, 0.0, 0.0)
 _THETA = (0.0, _QUARTER, _QUARTER, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Kinematics:
     """Where links, flange and scrub head are, for joint angles [rad]; frames are in base_link."""
 
     variant: str = "6F"
+    tool: ScrubHead = SCRUB_HEAD
 
     def __post_init__(self) -> None:
         """Refuse an unknown variant."""
@@ -72,13 +66,13 @@ class Kinematics:
 
     def head(self, joints: ArrayLike) -> Array:
         """Transforms T_base_head of the scrub head, shape (..., 4, 4), of joint angles [rad] (..., 6)."""
-        return self.flange(joints) @ T_FLANGE_HEAD
+        return self.flange(joints) @ self.tool.T_flange_head
 
     def jacobian(self, joints: ArrayLike) -> Array:
         """Jacobian of the scrub head in the base frame, shape (..., 6, 6): rows velocity, then rotation."""
         frames = self.link_frames(joints)
         axes = frames[..., 1:, :3, 2]
-        tip = frames[..., 6, :3, 3] + HEAD_LENGTH * frames[..., 6, :3, 2]
+        tip = frames[..., 6, :3, 3] + self.tool.length * frames[..., 6, :3, 2]
         arms = tip[..., None, :] - frames[..., 1:, :3, 3]
         return np.concatenate([np.cross(axes, arms), axes], axis=-1).swapaxes(-1, -2)
 

@@ -68,3 +68,5 @@ class JointLimits:
 
 
 RM65_LIMITS = JointLimits()
+HOME_DEG = (0.0, 60.0, -130.0, 0.0, -80.0, 0.0)
+"""Folded posture out of the camera's view [deg]."""

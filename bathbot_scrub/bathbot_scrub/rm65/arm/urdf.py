@@ -14,40 +14,39 @@ from math import asin, atan2, pi
 
 import numpy as np
 from bathbot_localize.arm.arm_shape import ArmCapsule
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.capsules import arm_capsules
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH, HEAD_NAME, JOINT_NAMES, LINK_NAMES, Kinematics
+from bathbot_scrub.rm65.arm.capsules import arm_shape
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
 _MASSES = (1.51, 1.653, 0.726, 0.671, 0.647)  # [kg] Link1..Link5, data sheet
 _FLANGE_MASSES = {"B": 0.107, "6F": 0.248, "6FB": 0.189}  # [kg] Link6, data sheet
-_HEAD_MASS = 0.35  # [kg] ours: brush and motor
 _EFFORTS = (60, 60, 30, 10, 10, 10)  # [N m] of the joints
 
 
-def urdf(variant: str = "6F") -> str:
-    """The description of a variant.
+def urdf(variant: str = "6F", head: ScrubHead = SCRUB_HEAD) -> str:
+    """The description of a variant with a scrub head.
 
     Raises:
         ArmSettingsError: Unknown variant.
     """
     at_zero = Kinematics(variant).link_frames(np.zeros(6))
-    shapes = {
-        link: list(capsules) for link, capsules in groupby(arm_capsules(variant), lambda shape: shape.link)
-    }
+    capsules = arm_shape(variant, head).capsules
+    shapes = {link: list(group) for link, group in groupby(capsules, lambda capsule: capsule.link)}
     masses = dict(zip(LINK_NAMES[1:], (*_MASSES, _FLANGE_MASSES[variant]), strict=True))
-    masses[HEAD_NAME] = _HEAD_MASS
+    masses[head.frame] = head.mass
     parts = [f'<robot name="rm65_{variant.lower()}">']
-    parts += [_link(name, shapes[name], masses.get(name)) for name in (*LINK_NAMES, HEAD_NAME)]
+    parts += [_link(name, shapes[name], masses.get(name)) for name in (*LINK_NAMES, head.frame)]
     for index, name in enumerate(JOINT_NAMES):
         step = np.linalg.solve(at_zero[index], at_zero[index + 1])
         parts.append(_revolute(name, index, step))
     parts.append(
-        f'  <joint name="{HEAD_NAME}_joint" type="fixed">\n'
-        f'    <parent link="{LINK_NAMES[-1]}"/>\n    <child link="{HEAD_NAME}"/>\n'
-        f"    {_origin((0.0, 0.0, HEAD_LENGTH))}\n  </joint>"
+        f'  <joint name="{head.frame}_joint" type="fixed">\n'
+        f'    <parent link="{LINK_NAMES[-1]}"/>\n    <child link="{head.frame}"/>\n'
+        f"    {_origin((0.0, 0.0, head.length))}\n  </joint>"
     )
     return "\n".join([*parts, "</robot>", ""])
 

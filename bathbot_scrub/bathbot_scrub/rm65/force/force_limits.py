@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 
 from bathbot_scrub.rm65.errors import ArmSettingsError, NotReadyError
 
 _SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
-BRISTLES = 0.010  # [m] that the brush gives, at `give` [N]
 _NAME = Path("config") / "force_limits.yaml"
 
 
@@ -82,15 +82,15 @@ class ForceLimits:
             )
         return self.regions[name]
 
-    def comfortable(self, name: str, compression: float) -> float:
+    def comfortable(self, name: str, compression: float, head: ScrubHead = SCRUB_HEAD) -> float:
         """The compression [m] nearest to the one wanted whose force lies in a region's comfort band.
 
         Raises:
             ArmSettingsError: When the file has no such region.
         """
         least, most = self.region(name).comfort
-        stiffness = self.give / BRISTLES
-        return min(max(compression, least / stiffness), most / stiffness, BRISTLES)
+        stiffness = self.give / head.give
+        return min(max(compression, least / stiffness), most / stiffness, head.give)
 
     def check_zeroed(self, residual: float) -> None:
         """Refuse a zeroing that leaves too much.

@@ -4,9 +4,8 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
-
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH
 
 Array = NDArray[np.float64]
 _WINDOW = 5  # samples, 20 ms at 200 Hz: the slope's noise is then 3.2 N/s for 0.05 N of the sensor's
@@ -36,12 +35,12 @@ def resultant(wrench: Array) -> float:
     return float(np.sqrt(wrench[:3] @ wrench[:3]))
 
 
-def at_tip(wrench: ArrayLike) -> Array:
+def at_tip(wrench: ArrayLike, head: ScrubHead = SCRUB_HEAD) -> Array:
     """Move a wrench about the flange, shape (..., 6), to the head's tip; the axes are the same."""
     wrench = np.asarray(wrench, dtype=float)
     moved = wrench.copy()
-    moved[..., 3] += HEAD_LENGTH * wrench[..., 1]
-    moved[..., 4] -= HEAD_LENGTH * wrench[..., 0]
+    moved[..., 3] += head.length * wrench[..., 1]
+    moved[..., 4] -= head.length * wrench[..., 0]
     return moved
 
 
@@ -58,8 +57,9 @@ def median(a: Array, b: Array, c: Array) -> Array:
 class WrenchFilter:
     """Takes samples as they come; a single glitch of any size changes nothing but `raw` by more than 1 N."""
 
-    def __init__(self, cutoff: float) -> None:
-        """Cut above `cutoff` [Hz]."""
+    def __init__(self, cutoff: float, head: ScrubHead = SCRUB_HEAD) -> None:
+        """Cut above `cutoff` [Hz]; the wrench is that on the tip of `head`."""
+        self._head = head
         self._time_constant = 1.0 / (2.0 * np.pi * cutoff)
         self._recent: deque[tuple[float, float]] = deque(maxlen=_WINDOW)
         self._raws: deque[Array] = deque(maxlen=3)
@@ -70,7 +70,7 @@ class WrenchFilter:
 
         A wrench that is not finite is given as it is, and the filter begins anew behind it.
         """
-        raw, last = at_tip(wrench), self._last
+        raw, last = at_tip(wrench, self._head), self._last
         if not np.isfinite(raw).all():
             self.reset()
             return HeadWrench(stamp, raw, raw, raw, 0.0)

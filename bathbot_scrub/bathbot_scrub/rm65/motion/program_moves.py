@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses, nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD
 from bathbot_scrub.rm65.errors import ArmError, CanceledError, NotReadyError
 from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.rm65.guard.states import State
@@ -66,7 +65,8 @@ class ProgramMoves:
             UnreachableError: Out of reach, beyond a joint's limit, or through a singularity.
         """
         planner, start = self._planner, self._loop.standing()
-        ends = np.stack([planner.kinematics.head(start), check_poses(T_base_flange) @ T_FLANGE_HEAD])
+        goal = check_poses(T_base_flange) @ planner.kinematics.tool.T_flange_head
+        ends = np.stack([planner.kinematics.head(start), goal])
         distances, poses = densify(ends)
         if len(distances) > 1:
             joints = solve_path(planner.kinematics, poses, start, planner.limits)
@@ -132,7 +132,8 @@ class ProgramMoves:
             )
 
     def _nearest(self, T_base_flange: Array, seed: Array) -> Array:
-        solutions = solve_head(self._planner.kinematics, T_base_flange @ T_FLANGE_HEAD, self._planner.limits)
+        arm = self._planner.kinematics
+        solutions = solve_head(arm, T_base_flange @ arm.tool.T_flange_head, self._planner.limits)
         return nearest(solutions, seed, self._planner.limits)
 
     def _follows_stream(self) -> bool:

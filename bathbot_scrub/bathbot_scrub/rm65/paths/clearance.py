@@ -10,15 +10,14 @@ import numpy as np
 from bathbot_localize.arm.arm_shape import ArmCapsule
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.arm.capsules import arm_capsules
-from bathbot_scrub.rm65.arm.kinematics import HEAD_NAME, LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.arm.capsules import arm_shape
+from bathbot_scrub.rm65.arm.kinematics import LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.paths.clearance_kernel import beside, fill_clearances, within
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _STRIDE = 0.005  # [m] that no end of a capsule moves farther between two samples, within one given step
 PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head may touch the body
-_STANDING = ("base_link", "Link1")  # turn about their own axis at most
 
 
 class SweptArm(NamedTuple):
@@ -43,9 +42,9 @@ class BodyClearance:
     def __init__(self, kinematics: Kinematics) -> None:
         """Take the capsules of the arm; compiles, or loads, what it needs."""
         self._kinematics = kinematics
-        self.capsules = tuple(c for c in arm_capsules(kinematics.variant) if c.link not in _STANDING)
+        self.capsules = arm_shape(kinematics.variant, kinematics.tool).moving
         self._radii = np.array([capsule.radius for capsule in self.capsules])
-        self._touches = np.array([capsule.link == HEAD_NAME for capsule in self.capsules])
+        self._touches = np.array([capsule.link == kinematics.tool.frame for capsule in self.capsules])
         self.free(np.zeros((1, 6)), np.ones((1, 3)), 0.0)
         self.beside(np.zeros((len(self.capsules), 2, 3)), np.ones((1, 3)), np.zeros((1, 3)), 0.0)
 
@@ -106,7 +105,7 @@ def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Arra
 def capsule_ends(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:
     """Ends of the capsules' axes, shape (N, C, 2, 3), base frame [m], for joints (N, 6) [rad]."""
     frames = kinematics.link_frames(joints)
-    frames = np.concatenate([frames, frames[:, -1:] @ T_FLANGE_HEAD], axis=1)
+    frames = np.concatenate([frames, frames[:, -1:] @ kinematics.tool.T_flange_head], axis=1)
     places = [LINK_NAMES.index(c.link) if c.link in LINK_NAMES else len(LINK_NAMES) for c in capsules]
     local = np.array([(c.start, c.end) for c in capsules])
     frames = frames[:, places]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.rm65.arm.inverse_kinematics import wrap
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH, Kinematics, retreated
+from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from bathbot_scrub.rm65.arm.limits import JointLimits
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
@@ -114,7 +114,7 @@ class FreeSpace:
     def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
         """How far wrist and head lie along z of `side` [m], (N, 5), and heads, (N, 3), of joints (N, 6)."""
         frames = self.kinematics.link_frames(joints)
-        heads = frames[:, 6, :3, 3] + HEAD_LENGTH * frames[:, 6, :3, 2]
+        heads = frames[:, 6, :3, 3] + self.kinematics.tool.length * frames[:, 6, :3, 2]
         return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
 
 

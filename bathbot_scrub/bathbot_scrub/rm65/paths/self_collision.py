@@ -10,14 +10,15 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio as pin
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.kinematics import HEAD_NAME, LINK_NAMES
+from bathbot_scrub.rm65.arm.kinematics import LINK_NAMES
 from bathbot_scrub.rm65.arm.urdf import urdf
 from bathbot_scrub.rm65.arm.walls import Wall
 
 Array = NDArray[np.float64]
-_CHAIN = (*LINK_NAMES, HEAD_NAME)
+_CHAIN = (*LINK_NAMES, SCRUB_HEAD.frame)
 _NEIGHBOURS = 2  # links this near in the chain are kept apart by the limits of the joints between them
 
 
@@ -37,7 +38,7 @@ class ArmModel:
         description = urdf(variant)
         self.model = pin.buildModelFromXML(description)
         self._data = self.model.createData()
-        self._head = self.model.getFrameId(HEAD_NAME)
+        self._head = self.model.getFrameId(SCRUB_HEAD.frame)
         self._shapes, self._names = self._geometry(description, walls)
         self._shape_data = pin.GeometryData(self._shapes)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse
 from bathbot_depthcorr.ros.pose_decoding import pose_values, transforms_from_poses
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from bathbot_localize.messages import (
     MessageError,
     messages_from_transforms,
@@ -20,7 +21,7 @@ from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
-from bathbot_scrub.rm65.arm.kinematics import HEAD_NAME, JOINT_NAMES, LINK_NAMES, T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.errors import (
     ArmError,
@@ -37,7 +38,7 @@ from bathbot_scrub.segment.messages import BASE, segment_from_message
 from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
-HEAD = HEAD_NAME
+HEAD = SCRUB_HEAD.frame
 
 _ERROR_CODES = (
     (InvalidPoseError, Approach.Result.INVALID_TARGET),
@@ -149,7 +150,7 @@ def pose_stamped(T: Array, stamp: Time) -> PoseStamped:
 def tree_message(kinematics: Kinematics, joints: Array, stamp: Time) -> TFMessage:
     """Transforms base_link -> Link1 -> ... -> Link6 -> scrub_head."""
     frames = kinematics.link_frames(joints)
-    steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], T_FLANGE_HEAD[None]])
+    steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], kinematics.tool.T_flange_head[None]])
     names = (*LINK_NAMES, HEAD)
     transforms = []
     for parent, child, step in zip(names, names[1:], messages_from_transforms(steps), strict=False):

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
+from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
 from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from numpy.typing import NDArray
@@ -17,8 +19,7 @@ READY = 0.20  # [m] off the skin, where the arm waits for a trial
 _ROOMS = (0.05, 0.04, 0.03)  # [m] about the place that must be skin within reach: the widest there is
 _SLOPE = np.cos(np.radians(40.0))  # of the skin about the place
 _ROUND = 0.02  # [m] over which the normal is averaged
-_FOLDED = np.radians((0.0, 60.0, -130.0, 0.0, -80.0, 0.0))
-_BRUSH = 0.018  # [m] from the middle of the brush to its rim of bristles
+_BRUSH = 0.72 * SCRUB_HEAD.brush_radius  # [m] from its middle to where the bristles do not give way sideways
 _RIM = _BRUSH * np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=-1)
 _FLAT = 0.007  # [m] of relief under the brush
 _NEIGHBOURS = 11
@@ -189,7 +190,7 @@ def _reachable(
     if not np.isfinite(waiting).any():
         return None
     bend = float(np.abs(solutions[:, common, 4]).min(axis=0).max())
-    return bend, Place(T, nearest(waiting, _FOLDED), room, surface)
+    return bend, Place(T, nearest(waiting, installed_arm().home), room, surface)
 
 
 def _even(surface: SkinSurface, T: Array, offsets: Array) -> Array | None:

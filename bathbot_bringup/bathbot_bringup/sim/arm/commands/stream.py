@@ -4,7 +4,6 @@ import time
 
 import numpy as np
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD
 from bathbot_scrub.rm65.controller.protocol import (
     Frame,
     integer,
@@ -51,9 +50,9 @@ def joints_for(desk: Desk, T_base_flange: Array) -> Array:
         ArmError: Out of reach; the error is kept.
     """
     controller = desk.controller
-    limits = controller.setup.limits
+    kinematics, limits = controller.arm.kinematics, controller.setup.limits
     try:
-        solutions = solve_head(controller.arm.kinematics, T_base_flange @ T_FLANGE_HEAD, limits)
+        solutions = solve_head(kinematics, T_base_flange @ kinematics.tool.T_flange_head, limits)
         return nearest(solutions, controller.target, limits)
     except ArmError:
         controller.health.error = UNREACHABLE

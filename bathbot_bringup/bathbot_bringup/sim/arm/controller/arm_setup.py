@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
 from bathbot_scrub.rm65.controller.protocol import pose_from_wire
@@ -121,15 +122,18 @@ class Frames:
             raise ProtocolError(f"frame {name!r} is the controller's own")
 
 
+def mounted(head: ScrubHead) -> ToolFrame:
+    """The weight of a scrub head as the controller keeps it, in g and um."""
+    return ToolFrame(payload=round(1e3 * head.mass), centre=(0, 0, round(1e6 * head.mass_centre)))
+
+
 @dataclass(slots=True)
 class ArmSetup:
     """The settings of one controller. Not thread-safe, like the controller."""
 
     limits: JointLimits = RM65_LIMITS
     speeds: Speeds = field(default_factory=Speeds)
-    tools: Frames = field(
-        default_factory=lambda: Frames("Arm_Tip", ToolFrame(payload=350, centre=(0, 0, 50_000)))
-    )
+    tools: Frames = field(default_factory=lambda: Frames("Arm_Tip", mounted(SCRUB_HEAD)))
     works: Frames = field(default_factory=lambda: Frames("Base", ToolFrame()))
     install_pose: tuple[int, ...] = (0, 0, 0)  # [deg]
     init_pose: tuple[int, ...] = (0,) * 6  # joints on the wire

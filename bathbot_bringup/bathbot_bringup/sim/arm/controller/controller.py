@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.arm.controller.arm_health import OVER_SPEED, TARGET_OVER_LIMIT, ArmHealth
@@ -61,7 +60,7 @@ class Controller:
         self.faults = faults or FaultSchedule()
         self.dynamics = JointDynamics(joints, arm.limits)
         self.target = self.dynamics.joints  # where the joints shall go
-        self.sensor = ForceSensor(rng, self.faults, STEP)
+        self.sensor = ForceSensor(rng, self.faults, STEP, arm.kinematics.tool)
         self.queue, self._stream = MotionQueue(STEP), JointStream(STEP)
         self.frozen = False  # its program stands still; the joints go on to the last target
         self.force_position: ForcePosition | None = None
@@ -77,7 +76,7 @@ class Controller:
     @property
     def T_base_head(self) -> Array:
         """True pose of the scrub head, (4, 4)."""
-        return self.T_base_flange @ T_FLANGE_HEAD
+        return self.T_base_flange @ self.arm.kinematics.tool.T_flange_head
 
     @property
     def contact(self) -> Contact:

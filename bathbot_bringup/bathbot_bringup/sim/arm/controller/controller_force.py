@@ -3,20 +3,18 @@
 from collections import deque
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import HEAD_LENGTH
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.faults.force_faults import ForceFaults, ForceReading
 
 Array = NDArray[np.float64]
-TOOL_MASS = 0.35  # [kg] brush head and motor
-_TOOL_CENTRE = 0.05  # [m] of gravity, from the flange along z
 _BIAS = np.array([1.2, -0.8, 2.0, 0.02, -0.03, 0.01])  # [N, Nm] of the strain gauges
 _DRIFT = np.array([0.3, -0.2, 0.25, 0.0, 0.0, 0.0])  # [N, Nm] since the last calibration; zeroing removes it
 _NOISE = np.array([0.05] * 3 + [0.002] * 3)  # [N, Nm] standard deviation
 _CALIBRATED = 0.98  # share of the weight that the calibration knows
-_WEIGHT = np.array([0.0, 0.0, -9.80665 * TOOL_MASS])  # [N] of the tool in the base frame
+_GRAVITY = np.array([0.0, 0.0, -9.80665])  # [m/s^2] in the base frame
 _AVERAGED = 20  # samples that zeroing averages, 0.1 s
 
 
@@ -24,10 +22,11 @@ class ForceSensor:
     """Turns the true contact force into what the controller would report."""
 
     def __init__(
-        self, rng: np.random.Generator, faults: FaultSchedule | None = None, period: float = 0.005
-    ) -> None:
+        self, rng: np.random.Generator, faults: FaultSchedule | None = None, period: float = 0.005,
+        head: ScrubHead = SCRUB_HEAD,
+    ) -> None:  # fmt: skip
         """Start uncleared; `rng` makes the noise, `faults` spoil the readings, `period` [s] apart."""
-        self._rng = rng
+        self._rng, self._head = rng, head
         self._faults = ForceFaults(faults or FaultSchedule(), period)
         self._offset, self._drift = np.zeros(6), _DRIFT
         self._share = _CALIBRATED  # of the weight that the controller knows
@@ -37,9 +36,9 @@ class ForceSensor:
     def measure(self, T_base_flange: Array, force: Array, torque: Array) -> ForceReading:
         """Read the sensor under a force [N] and a torque [Nm] about the tip, (3,) each, in the base frame."""
         to_sensor = T_base_flange[:3, :3].T
-        weight = to_sensor @ _WEIGHT
-        carried = _with_arm(weight, _TOOL_CENTRE)
-        external = _with_arm(to_sensor @ force, HEAD_LENGTH)
+        weight = to_sensor @ (self._head.mass * _GRAVITY)
+        carried = _with_arm(weight, self._head.mass_centre)
+        external = _with_arm(to_sensor @ force, self._head.length)
         external[3:] += to_sensor @ torque
         raw = external + carried + _BIAS + self._drift + _NOISE * self._rng.standard_normal(6)
         compensated = raw - _BIAS - self._share * carried

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import T_FLANGE_HEAD, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.arm.limits import JointLimits
 from bathbot_scrub.rm65.errors import UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
@@ -144,11 +144,12 @@ class Planner:
                 distance *= 0.6
 
     def _near(self, start: Array, T_base_flange: Array) -> Array:
-        solutions = solve_head(self._kinematics, T_base_flange @ T_FLANGE_HEAD, self._limits)
+        T_base_head = T_base_flange @ self._kinematics.tool.T_flange_head
+        solutions = solve_head(self._kinematics, T_base_head, self._limits)
         return nearest(solutions, start, self._limits)
 
     def _through(self, start: Array, flanges: Array, share: float, motion: Motion) -> Plan:
-        lengths, poses = densify(flanges @ T_FLANGE_HEAD)
+        lengths, poses = densify(flanges @ self._kinematics.tool.T_flange_head)
         if len(lengths) < 2:
             lengths, poses = np.array([0.0, 1e-6]), np.concatenate([poses, poses])
         joints = solve_path(self._kinematics, poses, start, self._limits)

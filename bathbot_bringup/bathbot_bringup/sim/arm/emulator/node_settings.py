@@ -3,8 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from bathbot_scrub.rm65.arm.limits import HOME_DEG
+
 from bathbot_bringup.errors import SettingsError
-from bathbot_bringup.sim.arm.emulator.settings import HOME_DEG, EmulatorSettings
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.scenario import Scenario, load_scenario
 
 

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
+from bathbot_scrub.rm65.arm.limits import HOME_DEG
 from bathbot_scrub.rm65.errors import ArmSettingsError
-
-HOME_DEG = (0.0, 60.0, -130.0, 0.0, -80.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
