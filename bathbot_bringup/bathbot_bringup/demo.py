@@ -1,19 +1,16 @@
 """The demo: the graph as processes, the job step by step, the report."""
 
-import os
 import time
 from pathlib import Path
 
 from bathbot_bringup.bathing.client_node import Bather
 from bathbot_bringup.bathing.job import BathingJob
-from bathbot_bringup.bathing.nodes import demo_nodes, free_ports
+from bathbot_bringup.bathing.nodes import demo_nodes
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import ProcessError, StepError
-from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import free_ports
+from bathbot_bringup.graph.running import started
 from bathbot_bringup.graph.stages import StageLog
 from bathbot_bringup.report.report import Outcome, report_run
 
@@ -88,16 +85,11 @@ class DemoJob:
 
     def run(self) -> None:
         """Start the graph, bathe, and end every process, whatever happens."""
-        settings, domain = self._settings, free_domain(os.getpid(), used_ports())
-        logs = settings.out.absolute() / "logs"
-        with ProcessGroup(logs, isolated_environment(domain, logs)) as group:
-            nodes = demo_nodes(settings, self.epoch, free_ports(), settings.out.absolute() / BAG)
-            for entry, parameters in nodes:
-                group.start(entry.name, node_command(entry, parameters), entry.niceness)
-            with GraphClient("bathbot_demo", domain) as client:
-                with self._log.stage("start", f"start {len(nodes)} nodes on DDS domain {domain}"):
-                    group.wait_until(client.is_active, START_TIMEOUT)
-                self.starting = False
-                client.watch = group.check
-                self._job = BathingJob(Bather(client, settings.region), self._log, settings.duration)
-                self._job.run()
+        settings, out = self._settings, self._settings.out.absolute()
+        nodes = demo_nodes(settings, self.epoch, free_ports(), out / BAG)
+        with started(nodes, out / "logs", "bathbot_demo") as graph:
+            with self._log.stage("start", f"start {len(nodes)} nodes on DDS domain {graph.domain}"):
+                graph.wait_until_active(START_TIMEOUT)
+            self.starting = False
+            self._job = BathingJob(Bather(graph.client, settings.region), self._log, settings.duration)
+            self._job.run()

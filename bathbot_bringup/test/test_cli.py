@@ -35,6 +35,14 @@ def test_every_command_explains_itself(capsys):
         assert f"bathbot {line}" in shown, f"{line} has no example"
 
 
+def test_help_loads_nothing_heavy():
+    program = "import sys; from bathbot_bringup.command.cli import run; run(['--help']); print(*sys.modules)"
+    outcome = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert "Usage: bathbot" in outcome.stdout
+    heavy = {"rclpy", "onnxruntime", "cv2", "numba", "numpy", "scipy", "matplotlib", "rosbags"}
+    assert not heavy & set(outcome.stdout.splitlines()[-1].split())
+
+
 @pytest.mark.parametrize(("line", "said"), [
     pytest.param("demo --region nose", "no region is named 'nose'; there are Face_skin", id="region"),
     pytest.param("demo --scenario earthquake", "no scenario 'earthquake'; there are", id="scenario"),

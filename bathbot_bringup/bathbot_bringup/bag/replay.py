@@ -1,18 +1,17 @@
 """The pipeline over a recorded bag: which nodes run, and what came out."""
 
-import os
-
 from rich.console import Console
 
+from bathbot_bringup.bag.reading import bag_length
 from bathbot_bringup.bag.replay_settings import ReplaySettings
 from bathbot_bringup.bag.replayer import ReplayTopic, choose_topics, has_pictures
+from bathbot_bringup.errors import ProcessError
 from bathbot_bringup.files import log_folder
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.running import RunningGraph, running
 
 PIPELINE = ("depth_corrector", "skin_detector", "target_localizer")
-_START, _SLACK = 60.0, 60.0  # [s] until all nodes are active; beyond the length of the bag
+_SLACK = 60.0  # [s] beyond the length of the bag
+_LAST_WORDS = 2.0  # [s] for what is still being worked on
 
 
 def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict[str, int]:
@@ -39,18 +38,40 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
             soft_wrap=True,
         )
     nodes = [*(PIPELINE if again else ()), *(("recorder",) if settings.out else ())]
-    from bathbot_bringup.bag.replay_watch_node import (
-        watch_replay,  # ROS only once the bag is known to be good
-    )
-
-    domain = free_domain(os.getpid(), used_ports())
-    with log_folder("replay") as logs, ProcessGroup(logs, isolated_environment(domain, logs)) as group:
-        for name in nodes:
-            entry = find_node(name)
-            group.start(name, node_command(entry, settings.parameters(name)), entry.niceness)
-        counts, complaints = watch_replay(group, domain, settings, topics, _START, _SLACK)
+    with (
+        log_folder("replay") as logs,
+        running({name: settings.parameters(name) for name in nodes}, logs, "bathbot_replay") as graph,
+    ):
+        counts, complaints = watch_replay(graph, settings, topics)
     _print_outcome(console, topics, counts, complaints, again)
     return counts
+
+
+def watch_replay(
+    graph: RunningGraph, settings: ReplaySettings, topics: list[ReplayTopic]
+) -> tuple[dict[str, int], dict[str, str]]:
+    """Start the replayer, which publishes once somebody listens, and count until it has finished.
+
+    Args:
+        graph: The pipeline.
+        settings: Of the replay.
+        topics: What will be published.
+
+    Returns:
+        Messages by topic, and what the nodes last complained about, by node.
+
+    Raises:
+        ProcessError: When a process dies or the replay does not end.
+    """
+    from bathbot_bringup.bag.replay_watch_node import ReplayCounter  # ROS only once a graph runs
+
+    counter = ReplayCounter(graph.client.node, topics)
+    graph.start("replayer", settings.parameters("replayer"))
+    patience = bag_length(settings.bag) / settings.rate + _SLACK
+    if not graph.client.spin_until(lambda: counter.finished, patience):
+        raise ProcessError("replayer", f"did not finish within {patience:.0f} s", "", "the nodes' logs")
+    graph.client.spin_until(lambda: False, _LAST_WORDS)
+    return dict(counter.counts), counter.complaints
 
 
 def _print_outcome(

@@ -5,17 +5,12 @@ from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 
-from bathbot_bringup.bag.reading import bag_length
-from bathbot_bringup.bag.replay_settings import ReplaySettings
 from bathbot_bringup.bag.replayer import ReplayTopic
 from bathbot_bringup.bag.replayer_node import FINISHED
-from bathbot_bringup.errors import ProcessError
-from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_bringup.graph.message_types import message_class
-from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import ProcessGroup
 
 MADE = {
     "skin_regions": "vision_msgs/msg/Detection2DArray",
@@ -25,17 +20,22 @@ MADE = {
     "planned_path": "nav_msgs/msg/Path",
 }
 """What the pipeline may make: topic and type."""
-_LAST_WORDS = 2.0  # [s] for what is still being worked on
 
 
-class _Counter:
-    """Counts messages, and the regions and targets inside them."""
+class ReplayCounter:
+    """Counts messages, and the regions and targets inside them.
 
-    def __init__(self, client: GraphClient, topics: list[ReplayTopic]) -> None:
+    Attributes:
+        counts: Messages by topic, and by topic and region.
+        complaints: What each node last complained about; empty when all was well.
+        finished: Whether the replayer has said that the bag is at its end.
+    """
+
+    def __init__(self, node: Node, topics: list[ReplayTopic]) -> None:
+        """Subscribe, with a node that somebody spins, to what the replayer and the pipeline publish."""
         self.counts: Counter[str] = Counter()
         self.complaints: dict[str, str] = {}
         self.finished = False
-        node = client.node
         kinds = {f"/{name}": kind for name, kind in MADE.items()}
         kinds |= {
             topic.name: topic.message_type for topic in topics if not topic.message_type.endswith("/Image")
@@ -61,45 +61,3 @@ class _Counter:
         for status in message.status:
             self.complaints[status.name] = status.message if status.level != b"\x00" else ""
             self.finished |= status.name == "replayer" and status.message == FINISHED
-
-
-def watch_replay(
-    group: ProcessGroup,
-    domain: int,
-    settings: ReplaySettings,
-    topics: list[ReplayTopic],
-    start: float,
-    slack: float,
-) -> tuple[dict[str, int], dict[str, str]]:
-    """Wait until the pipeline is active, start the replayer and count until it has finished.
-
-    Args:
-        group: The pipeline's processes.
-        domain: DDS domain of the replay.
-        settings: Of the replay.
-        topics: What will be published.
-        start: Time for the nodes to be active [s].
-        slack: Time beyond the length of the bag [s].
-
-    Returns:
-        Messages by topic, and what the nodes last complained about, by node.
-
-    Raises:
-        ProcessError: When a process dies or the replay does not end.
-    """
-    with GraphClient("bathbot_replay", domain) as client:
-        group.wait_until(client.is_active, start)
-        counter = _Counter(client, topics)
-        _start_replayer(group, settings)
-        client.watch = group.check
-        patience = bag_length(settings.bag) / settings.rate + slack
-        if not client.spin_until(lambda: counter.finished, patience):
-            raise ProcessError("replayer", f"did not finish within {patience:.0f} s", "", "the nodes' logs")
-        client.spin_until(lambda: False, _LAST_WORDS)
-        return dict(counter.counts), counter.complaints
-
-
-def _start_replayer(group: ProcessGroup, settings: ReplaySettings) -> None:
-    """Start the node that publishes, once the others listen."""
-    entry = find_node("replayer")
-    group.start(entry.name, node_command(entry, settings.parameters("replayer")), entry.niceness)

@@ -1,37 +1,19 @@
 """Which nodes the demo starts, and with which parameters."""
 
-import socket
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.graph.installation import SIM_CALIBRATION, SIM_HAND_EYE, config_file
-from bathbot_bringup.graph.node_table import NodeEntry, find_node
+from bathbot_bringup.graph.isolation import Ports
+from bathbot_bringup.graph.node_table import Parameters
 
-Parameters = dict[str, object]
 SEEING = ("sim_rm65", "rm65_driver", "depth_corrector", "skin_detector", "target_localizer", "sim_camera")
 """The nodes of the demo that it takes to locate a region; the arm is needed as it is masked out."""
 
 
-class Ports(NamedTuple):
-    """Ports between the driver and the simulated controller, on loopback."""
-
-    tcp: int
-    udp: int
-
-
-def free_ports() -> Ports:
-    """Ask the system for two ports that nobody uses."""
-    with socket.socket() as tcp, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        tcp.bind(("127.0.0.1", 0))
-        udp.bind(("127.0.0.1", 0))
-        return Ports(tcp.getsockname()[1], udp.getsockname()[1])
-
-
-def demo_nodes(
-    settings: DemoSettings, epoch: float, ports: Ports, bag: Path
-) -> list[tuple[NodeEntry, Parameters]]:
-    """List the nodes of the demo in the order they are started.
+def demo_nodes(settings: DemoSettings, epoch: float, ports: Ports, bag: Path) -> Mapping[str, Parameters]:
+    """Parameters of the demo's nodes, in the order they are started.
 
     Args:
         settings: Of the demo.
@@ -39,8 +21,8 @@ def demo_nodes(
         ports: For the arm.
         bag: Where to record.
     """
-    body: Parameters = {"seed": settings.seed, "scenario": settings.scenario, "epoch": epoch}
-    parameters: dict[str, Parameters] = {
+    body = {"seed": settings.seed, "scenario": settings.scenario, "epoch": epoch}
+    return {
         "sim_rm65": {**body, "port": ports.tcp, "udp_port": ports.udp},
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp},
         "scrub_planner": {},
@@ -53,4 +35,3 @@ def demo_nodes(
         "recorder": {"bag": bag},
         "sim_camera": {**body, "rate": settings.rate, "preset": settings.preset},
     }
-    return [(find_node(name), values) for name, values in parameters.items()]

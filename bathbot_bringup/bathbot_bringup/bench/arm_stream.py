@@ -1,6 +1,5 @@
 """The joint stream beside the whole demo graph, timed where it arrives: at the emulated controller."""
 
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,14 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bathbot_bringup.bathing.client_node import Bather
-from bathbot_bringup.bathing.nodes import demo_nodes, free_ports
+from bathbot_bringup.bathing.nodes import demo_nodes
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bench.stroke_node import StrokeRepeater
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import free_ports
+from bathbot_bringup.graph.running import running
 from bathbot_bringup.sim.arm.trace import TraceData, load_trace
 
 PERIOD = 0.01  # [s] of the stream
@@ -80,32 +77,28 @@ def watch_arm(seconds: float, folder: Path, progress: Callable[[float], object])
         BringupError: When a node fails or the arm leaves the skin.
     """
     settings = DemoSettings("Trunk_skin", 0, "calm", folder)
-    epoch, domain = time.time(), free_domain(os.getpid(), used_ports())
-    with ProcessGroup(folder, isolated_environment(domain, folder)) as group:
-        for entry, parameters in demo_nodes(settings, epoch, free_ports(), folder / "bench.mcap"):
-            group.start(entry.name, node_command(entry, parameters), entry.niceness)
-        with GraphClient("bathbot_bench", domain) as client:
-            repeater, bather = StrokeRepeater(client), Bather(client, settings.region)
-            group.wait_until(client.is_active, _START)
-            client.watch = group.check
-            bather.connect()
-            bather.home()
-            bather.select()
-            bather.approach(bather.look(), lambda share, detail: None)
-            repeater.begin_trace()
-            before, begun = counted(repeater), time.monotonic()
-            bather.scrub(_ONCE, lambda share, detail: progress((time.monotonic() - begun) / seconds))
+    nodes = demo_nodes(settings, time.time(), free_ports(), folder / "bench.mcap")
+    with running(nodes, folder, "bathbot_bench", _START) as graph:
+        client = graph.client
+        repeater, bather = StrokeRepeater(client), Bather(client, settings.region)
+        bather.connect()
+        bather.home()
+        bather.select()
+        bather.approach(bather.look(), lambda share, detail: None)
+        repeater.begin_trace()
+        before, begun = counted(repeater), time.monotonic()
+        bather.scrub(_ONCE, lambda share, detail: progress((time.monotonic() - begun) / seconds))
 
-            def over() -> bool:
-                repeater.step()
-                progress((time.monotonic() - begun) / seconds)
-                return time.monotonic() - begun > seconds
+        def over() -> bool:
+            repeater.step()
+            progress((time.monotonic() - begun) / seconds)
+            return time.monotonic() - begun > seconds
 
-            client.spin_until(over, seconds + 60.0)
-            trace = folder / "bench.npz"
-            repeater.write_trace(trace)
-            errors, missed = np.subtract(counted(repeater), before)
-            bather.retract()
+        client.spin_until(over, seconds + 60.0)
+        trace = folder / "bench.npz"
+        repeater.write_trace(trace)
+        errors, missed = np.subtract(counted(repeater), before)
+        bather.retract()
     return regularity(load_trace(trace), int(errors), int(missed))
 
 

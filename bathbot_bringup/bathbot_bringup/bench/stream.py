@@ -12,10 +12,8 @@ import numpy as np
 from bathbot_bringup.bench.scene import bench_camera, bench_correction
 from bathbot_bringup.bench.source_node import BenchListener
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.node_table import find_node
+from bathbot_bringup.graph.running import running
 
 _START, _LINGER = 60.0, 1.0  # [s] until the first frame comes out, after the last that counts
 _SOURCE = "bench_source"
@@ -72,24 +70,20 @@ def watch_stream(
     """
     calibration = folder / "calibration.npz"
     bench_correction(bench_camera(*size)).save(calibration)
-    domain = free_domain(os.getpid(), used_ports())
-    corrector = find_node("depth_corrector")
-    with ProcessGroup(folder, isolated_environment(domain, folder)) as group:
-        child = group.start(corrector.name, node_command(corrector, {"calibration": calibration}))
-        with GraphClient("bathbot_bench", domain) as client:
-            listener = BenchListener(client.node)
-            group.wait_until(client.is_active, _START)
-            client.watch = group.check
-            source = [sys.executable, "-m", "bathbot_bringup.bench.source_node"]
-            group.start(_SOURCE, [*source, *map(str, size), str(rate)])
-            if not client.spin_until(lambda: len(listener.arrivals) > 1, _START):
-                raise StreamError(f"no corrected frame within {_START:.0f} s: {listener.trouble}")
-            begin, cpu = time.time(), cpu_seconds(child.process.pid)
-            client.spin_until(lambda: progress((time.time() - begin) / seconds), seconds)
-            cpu = (cpu_seconds(child.process.pid) - cpu) / (time.time() - begin)
-            client.spin_until(lambda: False, _LINGER)
-            if listener.trouble:
-                raise StreamError(f"depth_corrector reports: {listener.trouble}")
+    with running({"depth_corrector": {"calibration": calibration}}, folder, "bathbot_bench") as graph:
+        client, (corrector,) = graph.client, graph.group.children
+        listener = BenchListener(client.node)
+        source = [sys.executable, "-m", "bathbot_bringup.bench.source_node"]
+        gently = find_node("sim_camera").niceness  # or the camera would push the corrector aside
+        graph.group.start(_SOURCE, [*source, *map(str, size), str(rate)], gently)
+        if not client.spin_until(lambda: len(listener.arrivals) > 1, _START):
+            raise StreamError(f"no corrected frame within {_START:.0f} s: {listener.trouble}")
+        begin, cpu = time.time(), cpu_seconds(corrector.process.pid)
+        client.spin_until(lambda: progress((time.time() - begin) / seconds), seconds)
+        cpu = (cpu_seconds(corrector.process.pid) - cpu) / (time.time() - begin)
+        client.spin_until(lambda: False, _LINGER)
+        if listener.trouble:
+            raise StreamError(f"depth_corrector reports: {listener.trouble}")
     sent = round(rate * seconds)
     stamps = arrived(listener.arrivals, begin, sent, rate)
     latencies = np.array([1e3 * (listener.arrivals[stamp] - stamp) for stamp in stamps])

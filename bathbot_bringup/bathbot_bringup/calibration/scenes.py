@@ -1,9 +1,8 @@
 """Recording the simulated calibration scenes: sim_camera, the recorder and, for the marker, the arm."""
 
-import os
 import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,24 +15,20 @@ from numpy.typing import NDArray
 
 from bathbot_bringup.bag.reading import summarise_bag
 from bathbot_bringup.bag.recorder import refuse_existing
-from bathbot_bringup.bathing.nodes import Ports, free_ports
 from bathbot_bringup.calibration.marker_poses import marker_poses
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.files import log_folder
 from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import Ports, free_ports
+from bathbot_bringup.graph.node_table import Parameters
+from bathbot_bringup.graph.running import running
 from bathbot_bringup.sim.camera.d455_unit import find_preset, make_unit
 from bathbot_bringup.sim.scene import true_camera_pose
 
 BOARD_HOLD, BOARD_RATE = 3.0, 2.5  # [s] a place lasts, [Hz] of the camera: still 3 pictures when it is slow
 MARKER_HOLD, MARKER_RATE = 2.0, 4.0  # [s], [Hz]
-_START = 60.0  # [s] until the nodes are active
 _MOVE = 15.0  # [s] one motion may take
 _SPEED = 30  # [%] of the joints' speed
-
-Parameters = dict[str, dict[str, object]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +88,7 @@ def simulate_marker(scene: MarkerScene, tell: Callable[[str], None]) -> int:
         BringupError: When a node fails or the arm does not move.
     """
     ports = free_ports()
-    nodes: Parameters = {
+    nodes = {
         "sim_rm65": {"person": False, "port": ports.tcp, "udp_port": ports.udp},
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp},
         "sim_camera": {"scene": "aruco", "seed": scene.seed, "rate": MARKER_RATE},
@@ -112,25 +107,18 @@ def simulate_marker(scene: MarkerScene, tell: Callable[[str], None]) -> int:
 
 
 @contextmanager
-def _recording(out: Path, nodes: Parameters) -> Iterator[GraphClient]:
-    """Run nodes and, once they are active, the recorder; yields a client of their graph."""
-    domain = free_domain(os.getpid(), used_ports())
+def _recording(out: Path, nodes: Mapping[str, Parameters]) -> Iterator[GraphClient]:
+    """Run nodes and the recorder; yields a client of their graph once all are active."""
     recorder = {"bag": out.absolute(), "profile": "calibration", "consent": "simulated scene, no person"}
     try:
-        yield from _graph(domain, {"recorder": recorder, **nodes})
+        with (
+            log_folder("simulate") as logs,
+            running({"recorder": recorder, **nodes}, logs, "bathbot_simulate") as graph,
+        ):
+            yield graph.client
     except BaseException:
         _remove(out)  # the recorder has closed it in order, but it is not what was asked for
         raise
-
-
-def _graph(domain: int, nodes: Parameters) -> Iterator[GraphClient]:
-    with log_folder("simulate") as logs, ProcessGroup(logs, isolated_environment(domain, logs)) as group:
-        for name, parameters in nodes.items():
-            group.start(name, node_command(find_node(name), parameters))
-        with GraphClient("bathbot_simulate", domain) as client:
-            group.wait_until(client.is_active, _START)
-            client.watch = group.check
-            yield client
 
 
 def _remove(bag: Path) -> None:

@@ -50,9 +50,7 @@ app.add_typer(bench.app, name="bench")
 app.add_typer(train.app, name="train")
 app.add_typer(export.app, name="export")
 app.add_typer(simulate.app, name="simulate")
-app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(
-    node.node
-)
+app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(node.node)
 app.command("sim-arm", epilog=node.fault_kinds())(node.sim_arm)
 
 

@@ -1,6 +1,5 @@
 """Contact targets against the simulated truth over many seeds; the arm stays at home."""
 
-import os
 import tempfile
 import time
 from collections.abc import Sequence
@@ -12,18 +11,16 @@ from rich.console import Console
 from rich.table import Table
 
 from bathbot_bringup.bathing.client_node import Bather
-from bathbot_bringup.bathing.nodes import SEEING, demo_nodes, free_ports
+from bathbot_bringup.bathing.nodes import SEEING, demo_nodes
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.errors import BringupError
 from bathbot_bringup.evaluation.demo import SettingsOf
 from bathbot_bringup.files import write_json
-from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import free_ports
+from bathbot_bringup.graph.running import running
 from bathbot_bringup.report.truth import Truth, seen_target
 
-_START, _LOOK = 60.0, 60.0  # [s]
+_LOOK = 60.0  # [s]
 
 
 def locate(settings: DemoSettings, count: int, folder: Path) -> np.ndarray:
@@ -40,17 +37,13 @@ def locate(settings: DemoSettings, count: int, folder: Path) -> np.ndarray:
     Raises:
         BringupError: When the graph fails or the region is not found often enough in time.
     """
-    epoch, domain = time.time(), free_domain(os.getpid(), used_ports())
-    with ProcessGroup(folder, isolated_environment(domain, folder)) as group:
-        for entry, parameters in demo_nodes(settings, epoch, free_ports(), folder / "unused.mcap"):
-            if entry.name in SEEING:
-                group.start(entry.name, node_command(entry, parameters), entry.niceness)
-        with GraphClient("bathbot_evaluate", domain) as client:
-            group.wait_until(client.is_active, _START)
-            client.watch = group.check
-            bather = Bather(client, settings.region)
-            bather.select()
-            sightings = bather.gather(count, _LOOK)
+    epoch = time.time()
+    nodes = demo_nodes(settings, epoch, free_ports(), folder / "unused.mcap")
+    seeing = {name: parameters for name, parameters in nodes.items() if name in SEEING}
+    with running(seeing, folder, "bathbot_evaluate") as graph:
+        bather = Bather(graph.client, settings.region)
+        bather.select()
+        sightings = bather.gather(count, _LOOK)
     truth = Truth(settings, epoch)
     return np.array([truth.target_error(seen_target(sighting)) for sighting in sightings])
 

@@ -1,7 +1,9 @@
-"""A DDS domain that nobody on this machine uses, so that two demos never hear each other."""
+"""Domains and ports that nobody on this machine uses, so that two demos never hear each other."""
 
+import socket
 from collections.abc import Collection
 from pathlib import Path
+from typing import NamedTuple
 
 DOMAINS = range(1, 101)
 
@@ -36,3 +38,18 @@ def free_domain(wish: int, taken: Collection[int]) -> int:
         if not any(port in taken for port in domain_ports(domain)):
             return domain
     return DOMAINS[start]
+
+
+class Ports(NamedTuple):
+    """Ports between the driver and the simulated controller, on loopback."""
+
+    tcp: int
+    udp: int
+
+
+def free_ports() -> Ports:
+    """Ask the system for two ports that nobody uses."""
+    with socket.socket() as tcp, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+        tcp.bind(("127.0.0.1", 0))
+        udp.bind(("127.0.0.1", 0))
+        return Ports(tcp.getsockname()[1], udp.getsockname()[1])

@@ -2,11 +2,15 @@
 
 import difflib
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.graph.installation import config_file
+
+Parameters = Mapping[str, object]
+"""Parameters of one node, above those of its YAML file."""
 
 
 class NodeEntry(NamedTuple):
@@ -57,7 +61,7 @@ def find_node(name: str) -> NodeEntry:
     return NODES[name]
 
 
-def node_command(entry: NodeEntry, parameters: dict[str, object] | None = None) -> list[str]:
+def node_command(entry: NodeEntry, parameters: Parameters | None = None) -> list[str]:
     """Build the command line that runs a node with its YAML file and, above it, `parameters`."""
     command = [sys.executable, "-m", entry.module, "--ros-args", "-r", f"__node:={entry.name}"]
     command += ["--params-file", str(entry.parameter_file)]

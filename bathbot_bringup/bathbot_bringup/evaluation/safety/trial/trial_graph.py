@@ -1,7 +1,6 @@
 """The graph of one seed: emulator beside a person, driver, and the operator in this process."""
 
 import contextlib
-import os
 import signal
 import time
 from collections.abc import Iterator
@@ -10,15 +9,14 @@ from pathlib import Path
 import numpy as np
 from bathbot_scrub.rm65.controller.client import ArmClient
 
-from bathbot_bringup.bathing.nodes import Ports, free_ports
 from bathbot_bringup.evaluation.safety.trial.operator_node import Operator
 from bathbot_bringup.evaluation.safety.trial.site import Place
-from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import Patience, ProcessGroup, isolated_environment
+from bathbot_bringup.graph.isolation import Ports, free_ports
+from bathbot_bringup.graph.node_table import Parameters
+from bathbot_bringup.graph.processes import Patience
+from bathbot_bringup.graph.running import START, RunningGraph, running
 
-_START, _CONNECT = 60.0, 20.0  # [s]
+_CONNECT = 20.0  # [s]
 _PATIENCE: Patience = ((signal.SIGINT, 4.0), (signal.SIGKILL, 2.0))
 _MEND = ({"command": "set_arm_power", "arm_power": 1}, {"command": "clear_system_err"})
 
@@ -26,27 +24,21 @@ _MEND = ({"command": "set_arm_power", "arm_power": 1}, {"command": "clear_system
 class TrialGraph:
     """Running processes of one seed, and what may be done to them."""
 
-    def __init__(self, group: ProcessGroup, client: GraphClient, ports: Ports) -> None:
-        """Wrap what was started."""
-        self._group, self._ports = group, ports
-        self.client, self.operator = client, Operator(client)
-
-    def connect(self) -> None:
-        """Wait until all is up; from then on a process that dies raises ProcessError in every wait."""
-        self._group.wait_until(self.client.is_active, _START)
-        self.client.watch = self._group.check
-        self.operator.connect(_CONNECT)
+    def __init__(self, graph: RunningGraph, ports: Ports) -> None:
+        """Add the operator to what runs; `ports` are those of the controller."""
+        self._graph, self._ports = graph, ports
+        self.client, self.operator = graph.client, Operator(graph.client)
 
     def start(self, name: str, command: list[str]) -> None:
         """Start one more process."""
-        self._group.start(name, command)
+        self._graph.group.start(name, command)
 
     def start_planner(self) -> None:
         """Start the real planner, unless it runs already."""
         name = "scrub_planner"
-        if not any(child.name == name for child in self._group.children):
-            self.start(name, node_command(find_node(name), {}))
-        self._group.wait_until(self.client.is_active, _START)
+        if not any(child.name == name for child in self._graph.group.children):
+            self._graph.start(name)
+        self._graph.group.wait_until(self.client.is_active, START)
 
     def kill(self, name: str) -> float:
         """End a process at once; gives the time [s]. Nobody watches over the graph any more."""
@@ -62,7 +54,7 @@ class TrialGraph:
         return self._signal(name, signal.SIGCONT)
 
     def _signal(self, name: str, number: signal.Signals) -> float:
-        child = next(child for child in self._group.children if child.name == name)
+        child = next(child for child in self._graph.group.children if child.name == name)
         child.process.send_signal(number)
         return time.monotonic()
 
@@ -90,17 +82,14 @@ def trial_graph(seed: int, place: Place, logs: Path) -> Iterator[TrialGraph]:
     Raises:
         BringupError: When it does not come up.
     """
-    domain, ports = free_domain(os.getpid() + time.monotonic_ns() // 1000, used_ports()), free_ports()
+    ports = free_ports()
     ready = [float(angle) for angle in np.degrees(place.ready)]
-    parameters: dict[str, dict[str, object]] = {
+    nodes: dict[str, Parameters] = {
         "sim_rm65": {"seed": seed, "port": ports.tcp, "udp_port": ports.udp, "joints_deg": ready,
                      "epoch": time.time()},
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp, "home_deg": ready},
     }  # fmt: skip
-    with ProcessGroup(logs, isolated_environment(domain, logs), _PATIENCE) as group:
-        for name, values in parameters.items():
-            group.start(name, node_command(find_node(name), values))
-        with GraphClient("bathbot_safety", domain) as client:
-            graph = TrialGraph(group, client, ports)
-            graph.connect()
-            yield graph
+    with running(nodes, logs, "bathbot_safety", patience=_PATIENCE) as graph:
+        trials = TrialGraph(graph, ports)
+        trials.operator.connect(_CONNECT)
+        yield trials
