@@ -9,11 +9,14 @@ import pytest
 from bathbot_bringup.errors import InputError, SettingsError
 from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
 from bathbot_bringup.sim.arm.trace import Trace, load_trace
-from bathbot_bringup.sim.faults.arm_faults import BodyFaults
+from bathbot_bringup.sim.faults import kinds
 from bathbot_bringup.sim.faults.fault_schedule import FaultEvent, FaultSchedule
-from bathbot_bringup.sim.faults.faults import KINDS, Fault, parse_fault, read_fault
-from bathbot_bringup.sim.faults.force_faults import ForceFaults, ForceReading
-from bathbot_bringup.sim.faults.pushed_surface import PushedSurface
+from bathbot_bringup.sim.faults.faults import Fault, parse_fault, read_fault
+from bathbot_bringup.sim.faults.force_faults import ForceHistory, ForceReading
+from bathbot_bringup.sim.faults.kinds import KINDS
+from bathbot_bringup.sim.faults.lasting_fault import Place
+from bathbot_bringup.sim.faults.push_faults import Datagram, Outbox
+from bathbot_bringup.sim.faults.pushed_surface import BodyStep, PushedSurface
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_depthcorr.geometry.rigid import transform_from
 from hypothesis import HealthCheck, given, settings
@@ -104,19 +107,98 @@ def test_none_ends_all_and_forgets_what_waits():
     assert schedule.update(1.0) == [FaultEvent(1.0, "lost_udp", "end"), FaultEvent(1.0, "none", "begin")]
     assert schedule.update(9.0) == []
     assert "lost_udp" not in schedule
-    assert math.isnan(schedule.value("lost_udp"))
+    assert schedule.at(Place.PUSH) == []
+
+
+def lasting(*orders):
+    """A schedule in which these faults have begun."""
+    schedule = FaultSchedule()
+    for order in orders:
+        schedule.order(order, 0.0)
+    schedule.update(0.0)
+    return schedule
+
+
+@pytest.mark.parametrize("kind", LASTING)
+def test_a_row_names_its_places_and_only_they_see_the_fault(kind):
+    schedule, row = lasting(Fault(kind)), KINDS[kind]
+    assert row.acts
+    for place in Place:
+        acts = [row.acts[place]] if place in row.acts else []
+        assert [fault.act for fault in schedule.at(place)] == acts
+        for act in acts:
+            assert act.__module__.endswith(f".{place.value}") or kind in ("power_cut", "stalled")
+
+
+def test_no_place_knows_a_fault_by_name():
+    """Ask `sim/faults/kinds.py` for a kind: its name stands nowhere else in the simulator."""
+    folder = Path(kinds.__file__).parents[1]
+    named = [
+        (file.name, kind)
+        for file in folder.rglob("*.py")
+        if file != Path(kinds.__file__)
+        for kind in LASTING
+        if f'"{kind}"' in file.read_text(encoding="utf-8")
+    ]
+    assert named == []
+
+
+def said(schedule, history, reading):
+    """What a force sensor says of a true reading."""
+    history.keep(reading)
+    for fault in schedule.at(Place.FORCE_SENSOR):
+        reading = fault(reading, history)
+    return reading
+
+
+def reading(z):
+    return ForceReading(np.full(6, float(z)), np.full(6, -float(z)))
 
 
 def test_a_stale_force_is_the_one_of_some_time_ago():
-    schedule = FaultSchedule()
-    sensor = ForceFaults(schedule, 0.005)
-    readings = [ForceReading(np.full(6, float(i)), np.full(6, -float(i))) for i in range(300)]
-    for reading in readings[:200]:
-        assert sensor.spoil(reading) is reading
-    schedule.order(Fault("stale_force", value=0.5), 0.0)
-    schedule.update(0.0)
+    history, readings = ForceHistory(0.005), [reading(index) for index in range(300)]
+    for true in readings[:200]:
+        assert said(FaultSchedule(), history, true) is true
+    schedule = lasting(Fault("stale_force", value=0.5))
     for index in range(200, 300):
-        assert sensor.spoil(readings[index]) is readings[index - 100]
+        assert said(schedule, history, readings[index]) is readings[index - 100]
+
+
+def test_faults_of_one_sensor_add_up_and_a_gone_one_says_nothing_else():
+    history = ForceHistory(0.005)
+    schedule = lasting(Fault("biased_force", value=-3.0), Fault("drifting_force", value=2.0))
+    found = [said(schedule, history, reading(1.0)) for _ in range(10)]
+    assert_allclose([entry.raw[2] for entry in found], 1.0 - 3.0 + 0.01 * np.arange(1, 11))
+    assert_allclose(found[-1].zero[[0, 2]], [-1.0, -1.0 - 3.0 + 0.1])
+    schedule.order(Fault("dead_force"), 1.0)
+    schedule.update(1.0)
+    gone = said(schedule, history, reading(1.0))
+    assert (gone.error, np.abs(gone.raw).max()) == (0x2003, 0.0)
+
+
+def test_a_fault_forgets_when_it_ends():
+    history, schedule = ForceHistory(0.005), lasting(Fault("frozen_force", duration=1.0))
+    assert said(schedule, history, reading(1.0)).raw[2] == 1.0
+    schedule.order(Fault("nan_force", duration=0.1), 0.5)
+    schedule.update(0.5)  # what goes on keeps its memory
+    schedule.update(0.7)
+    assert said(schedule, history, reading(2.0)).raw[2] == 1.0
+    schedule.update(1.5)
+    schedule.order(Fault("frozen_force"), 2.0)
+    schedule.update(2.0)
+    assert said(schedule, history, reading(3.0)).raw[2] == 3.0
+
+
+def test_datagrams_that_were_held_back_leave_in_order_when_the_fault_ends():
+    outbox, schedule = Outbox(), lasting(Fault("time_jump", value=0.095))
+    states = [Datagram(str(index).encode(), float(index)) for index in range(40)]
+    left = [
+        outbox.leaving(state, 0.01 * index, schedule.at(Place.PUSH)) for index, state in enumerate(states)
+    ]
+    assert [len(group) for group in left if group] == [11, 11, 11]
+    rest = outbox.leaving(Datagram(b"last", 40.0), 0.4, [])
+    assert [one for group in [*left, rest] for one in group][:40] == states
+    assert len(rest) == 8
 
 
 def test_the_page_about_the_emulator_names_every_kind():
@@ -130,14 +212,12 @@ def test_a_pressed_body_moves_along_its_normal_and_not_too_far(tilt, depth, spee
     normal = np.array([-np.cos(tilt), np.sin(tilt), 0.0])
     surface = PushedSurface(PlaneSurface(tuple(normal), float(normal @ (0.5, 0.0, 0.3))))
     head = transform_from(Rotation.from_euler("y", 90, degrees=True).as_matrix(), (0.5 + depth, 0.0, 0.3))
-    schedule, body = FaultSchedule(), BodyFaults(surface, 0.005)
-    schedule.order(Fault("body_push", value=speed), 0.0)
-    schedule.update(0.0)
+    (push,) = lasting(Fault("body_push", value=speed)).at(Place.BODY)
     for _ in range(20):
-        body.step(schedule, head, 0.0, pressed=True)
+        push(surface, BodyStep(head, 0.0, True, 0.005))
     assert_allclose(surface.offset, 0.1 * speed * normal, atol=1e-9)
     for _ in range(1000):
-        body.step(schedule, head, 0.0, pressed=True)
+        push(surface, BodyStep(head, 0.0, True, 0.005))
     assert np.linalg.norm(surface.offset) <= 0.3
     surface.put_back()
     assert_allclose(surface.offset, 0.0)

@@ -16,7 +16,8 @@ from bathbot_bringup.evaluation.safety.trial.site import find_place, seen_skin
 from bathbot_bringup.evaluation.safety.trial.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
 from bathbot_bringup.evaluation.safety.trial_plan import plan_trial
 from bathbot_bringup.evaluation.safety.trial_result import TrialResult
-from bathbot_bringup.sim.faults.faults import KINDS, Fault
+from bathbot_bringup.sim.faults.faults import Fault
+from bathbot_bringup.sim.faults.kinds import KINDS
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
 from bathbot_scrub.rm65.arm.kinematics import Kinematics

@@ -9,7 +9,7 @@ import sys
 import pytest
 from bathbot_bringup.command import cli
 from bathbot_bringup.sim.arm.trace import load_trace
-from bathbot_bringup.sim.faults.faults import KINDS
+from bathbot_bringup.sim.faults.kinds import KINDS
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode
 
 

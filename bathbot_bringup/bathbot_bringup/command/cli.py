@@ -51,7 +51,7 @@ app.add_typer(train.app, name="train")
 app.add_typer(export.app, name="export")
 app.add_typer(simulate.app, name="simulate")
 app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(node.node)
-app.command("sim-arm", epilog=node.fault_kinds())(node.sim_arm)
+app.command("sim-arm", cls=node.FaultHelp)(node.sim_arm)
 
 
 def _show_version(wanted: bool) -> None:

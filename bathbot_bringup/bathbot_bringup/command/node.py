@@ -4,6 +4,8 @@ import math
 import os
 
 import typer
+from click import Context, HelpFormatter
+from typer.core import TyperCommand
 
 from bathbot_bringup.graph import node_table
 
@@ -30,9 +32,18 @@ def node(
     os.execv(command[0], [*command, *further])
 
 
+class FaultHelp(TyperCommand):
+    """A command whose help ends with the kinds of faults; what they do is loaded only then."""
+
+    def format_epilog(self, context: Context, formatter: HelpFormatter) -> None:
+        """Write the end of the help."""
+        self.epilog = fault_kinds()
+        super().format_epilog(context, formatter)
+
+
 def fault_kinds() -> str:
     """The kinds of faults, for the end of the help."""
-    from bathbot_bringup.sim.faults.faults import KINDS
+    from bathbot_bringup.sim.faults.kinds import KINDS
 
     lines = [f"  {name:18}{kind.about}" + ("" if math.isnan(kind.value) else f"; default {kind.value:g}")
              for name, kind in KINDS.items()]  # fmt: skip

@@ -1,4 +1,7 @@
-"""What a faulty force sensor says instead of the truth."""
+"""What a faulty force sensor says instead of the truth: one function a fault.
+
+Each takes the reading as it stands and the true ones up to now, and gives the reading that is said instead.
+"""
 
 from collections import deque
 from typing import NamedTuple
@@ -6,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.faults.lasting_fault import LastingFault
 
 Array = NDArray[np.float64]
+SENSOR_GONE = 0x2003  # the controller's error code
 _REMEMBERED = 5.0  # [s] of readings, for a stale one
 
 
@@ -17,44 +21,71 @@ class ForceReading(NamedTuple):
 
     raw: Array  # with weight and bias
     zero: Array  # external force, as the controller compensates it
+    error: int = 0  # of the sensor, 0: none
 
 
-class ForceFaults:
-    """Spoils the readings of the force sensor, one per step."""
+class ForceHistory:
+    """The true readings of the last seconds, one a step.
 
-    def __init__(self, faults: FaultSchedule, period: float) -> None:
-        """Look at `faults` at every reading; `period` [s] between them."""
-        self._faults, self._period = faults, period
-        self._past: deque[ForceReading] = deque(maxlen=round(_REMEMBERED / period) + 1)
-        self._frozen: ForceReading | None = None
-        self._drift = 0.0
+    Attributes:
+        period: Of a step [s].
+    """
 
-    def spoil(self, true: ForceReading) -> ForceReading:
-        """What is said instead of a true reading."""
-        faults = self._faults
-        self._past.append(true)
-        self._drift = self._drift + faults.value("drifting_force") * self._period if (
-            "drifting_force" in faults) else 0.0  # fmt: skip
-        said = true
-        if "stale_force" in faults:
-            said = self._past[-min(round(faults.value("stale_force") / self._period) + 1, len(self._past))]
-        if "biased_force" in faults or self._drift:
-            bias = (faults.value("biased_force") if "biased_force" in faults else 0.0) + self._drift
-            said = ForceReading(*(_with_z(wrench, wrench[2] + bias) for wrench in said))
-        if "saturated_force" in faults:
-            said = ForceReading(*(_with_z(wrench, faults.value("saturated_force")) for wrench in said))
-        if "frozen_force" in faults:
-            said = self._frozen = self._frozen or said
-        else:
-            self._frozen = None
-        if "dead_force" in faults:
-            said = ForceReading(np.zeros(6), np.zeros(6))
-        if "nan_force" in faults:
-            said = ForceReading(np.full(6, np.nan), np.full(6, np.nan))
-        return said
+    def __init__(self, period: float) -> None:
+        """Begin without any; `period` [s] between them."""
+        self.period = period
+        self._readings: deque[ForceReading] = deque(maxlen=round(_REMEMBERED / period) + 1)
+
+    def keep(self, reading: ForceReading) -> None:
+        """Add the newest."""
+        self._readings.append(reading)
+
+    def before(self, seconds: float) -> ForceReading:
+        """The reading of some time ago [s], or the oldest there is."""
+        return self._readings[-min(round(seconds / self.period) + 1, len(self._readings))]
 
 
-def _with_z(wrench: Array, force: float) -> Array:
-    wrench = wrench.copy()
-    wrench[2] = force
-    return wrench
+def stale(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Say what was true some time ago; its value in s."""
+    return history.before(fault.value)
+
+
+def biased(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Add its value [N] along z."""
+    return _raised(said, fault.value)
+
+
+def drifting(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Add more and more along z; its value in N/s."""
+    fault.memory["drift"] = fault.memory.get("drift", 0.0) + fault.value * history.period
+    return _raised(said, fault.memory["drift"])
+
+
+def saturated(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Say its value [N] along z."""
+    return _with_z(said, fault.value, fault.value)
+
+
+def frozen(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Repeat the reading with which the fault began."""
+    return fault.memory.setdefault("first", said)
+
+
+def dead(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Say zeros, and an error."""
+    return ForceReading(np.zeros(6), np.zeros(6), SENSOR_GONE)
+
+
+def no_number(fault: LastingFault, said: ForceReading, history: ForceHistory) -> ForceReading:
+    """Say NaN."""
+    return said._replace(raw=np.full(6, np.nan), zero=np.full(6, np.nan))
+
+
+def _raised(said: ForceReading, force: float) -> ForceReading:
+    return _with_z(said, said.raw[2] + force, said.zero[2] + force)
+
+
+def _with_z(said: ForceReading, raw: float, zero: float) -> ForceReading:
+    spoilt = said._replace(raw=said.raw.copy(), zero=said.zero.copy())
+    spoilt.raw[2], spoilt.zero[2] = raw, zero
+    return spoilt

@@ -1,9 +1,12 @@
-"""A surface that is pushed about as a whole, towards the scrub head or away from it."""
+"""A surface that is pushed about as a whole, and the faults that push it: towards the scrub head, or away."""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.brush import SkinSurface
+from bathbot_bringup.sim.faults.lasting_fault import LastingFault
 
 Array = NDArray[np.float64]
 FARTHEST = 0.3  # [m] from where it was
@@ -45,3 +48,28 @@ class PushedSurface:
     def put_back(self) -> None:
         """Return to the beginning at once."""
         self.offset = np.zeros(3)
+
+
+class BodyStep(NamedTuple):
+    """What the body is like in one step of the controller."""
+
+    T_base_head: Array  # (4, 4)
+    t: float  # time of the body [s]
+    pressed: bool  # whether the brush touches it
+    period: float  # of the step [s]
+
+
+def coming(fault: LastingFault, surface: PushedSurface, step: BodyStep) -> None:
+    """Move the body towards the head, its value in m/s, in the direction in which the fault began."""
+    _move(fault, surface, step, 1.0)
+
+
+def leaving(fault: LastingFault, surface: PushedSurface, step: BodyStep) -> None:
+    """Move the body away from the head, its value in m/s, against the direction to where it was."""
+    _move(fault, surface, step, -1.0)
+
+
+def _move(fault: LastingFault, surface: PushedSurface, step: BodyStep, sign: float) -> None:
+    if "towards" not in fault.memory:
+        fault.memory["towards"] = surface.towards(step.T_base_head, step.t, step.pressed)
+    surface.move(sign * fault.value * step.period * fault.memory["towards"])

@@ -30,7 +30,7 @@ _MOST_FORCE, _FASTEST = 100.0, 0.2  # [N], [m/s] that the manual allows
 @command("get_force_data")
 def _force_data(desk: Desk, request: Frame) -> Frame:
     controller = desk.controller
-    raw, zero = controller.sensor.reading
+    raw, zero, _ = controller.sensor.reading
     return answer(
         "get_force_data",
         force_data=wire_wrench(raw),

@@ -1,6 +1,6 @@
 """Power, brakes and errors of the emulated arm."""
 
-from bathbot_bringup.sim.faults.arm_faults import COLLISION, JOINT_DISABLED, JointTrouble
+from bathbot_bringup.sim.faults.joint_faults import COLLISION, JOINT_DISABLED, JointTrouble
 
 TARGET_OVER_LIMIT, UNREACHABLE, OVER_SPEED, ARC_IMPOSSIBLE = 0x1002, 0x1003, 0x1009, 0x1011
 _TRIPS = (COLLISION, JOINT_DISABLED)

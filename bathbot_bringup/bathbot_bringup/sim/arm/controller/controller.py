@@ -20,13 +20,9 @@ from bathbot_bringup.sim.arm.controller.motion_plan import Motion, Plan, Planner
 from bathbot_bringup.sim.arm.controller.motion_queue import Ending, MotionQueue, Settled, completion
 from bathbot_bringup.sim.arm.controller.skin_contact import SkinContact, collides
 from bathbot_bringup.sim.brush import Contact, SkinSurface
-from bathbot_bringup.sim.faults.arm_faults import (
-    COLLISION,
-    FORCE_SENSOR,
-    JointTrouble,
-    joint_trouble,
-)
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.faults.joint_faults import COLLISION, JointTrouble, joint_trouble
+from bathbot_bringup.sim.faults.lasting_fault import Place
 
 Array = NDArray[np.float64]
 STEP = 0.005  # [s]
@@ -96,7 +92,7 @@ class Controller:
     @property
     def system_error(self) -> int:
         """Error of a part beside the arm itself, 0: none."""
-        return FORCE_SENSOR if "dead_force" in self.faults else 0
+        return self.sensor.reading.error
 
     @property
     def planner(self) -> Planner:
@@ -194,7 +190,7 @@ class Controller:
 
     def step(self) -> list[Settled]:
         """Advance by 5 ms; give the ends of planned motions."""
-        trouble = joint_trouble(self.faults, self.dynamics.positions, self.target)
+        trouble = joint_trouble(self.faults.at(Place.JOINTS), self.dynamics.positions, self.target)
         if trouble.error:
             self.trip(trouble)
         settled = [] if self.frozen else self._advance()

@@ -7,7 +7,8 @@ from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
-from bathbot_bringup.sim.faults.force_faults import ForceFaults, ForceReading
+from bathbot_bringup.sim.faults.force_faults import ForceHistory, ForceReading
+from bathbot_bringup.sim.faults.lasting_fault import Place
 
 Array = NDArray[np.float64]
 _BIAS = np.array([1.2, -0.8, 2.0, 0.02, -0.03, 0.01])  # [N, Nm] of the strain gauges
@@ -27,7 +28,7 @@ class ForceSensor:
     ) -> None:  # fmt: skip
         """Start uncleared; `rng` makes the noise, `faults` spoil the readings, `period` [s] apart."""
         self._rng, self._head = rng, head
-        self._faults = ForceFaults(faults or FaultSchedule(), period)
+        self._faults, self._history = faults or FaultSchedule(), ForceHistory(period)
         self._offset, self._drift = np.zeros(6), _DRIFT
         self._share = _CALIBRATED  # of the weight that the controller knows
         self._recent: deque[Array] = deque(maxlen=_AVERAGED)
@@ -42,10 +43,18 @@ class ForceSensor:
         external[3:] += to_sensor @ torque
         raw = external + carried + _BIAS + self._drift + _NOISE * self._rng.standard_normal(6)
         compensated = raw - _BIAS - self._share * carried
-        said = self._faults.spoil(ForceReading(raw, compensated))
+        said = self._say(ForceReading(raw, compensated))
         self._recent.append(said.zero)
-        self.reading = ForceReading(said.raw, said.zero - self._offset)
+        self.reading = said._replace(zero=said.zero - self._offset)
         return self.reading
+
+    def _say(self, true: ForceReading) -> ForceReading:
+        """What a true reading becomes while faults last."""
+        self._history.keep(true)
+        said = true
+        for fault in self._faults.at(Place.FORCE_SENSOR):
+            said = fault(said, self._history)
+        return said
 
     def calibrate(self) -> None:
         """Learn weight and drift anew, as the procedure with four postures does; zeroing is forgotten."""

@@ -4,7 +4,6 @@ import json
 import math
 import socket
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.controller.protocol import (
@@ -17,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.arm.controller.controller import Controller
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.faults.lasting_fault import Place
+from bathbot_bringup.sim.faults.push_faults import Datagram, Outbox
 
 CURRENT = [350] * 6  # [0.001 A]
 VOLTAGE = [24000] * 6  # [0.001 V]
@@ -64,13 +65,6 @@ def wire_wrench(wrench: ArrayLike) -> list[int | None]:
     """Forces and torques [N, Nm] on the wire; what is no number is null, as the usual C library writes it."""
     wrench = np.asarray(wrench)
     return wrench_to_wire(wrench) if np.isfinite(wrench).all() else [None] * len(wrench)
-
-
-class Datagram(NamedTuple):
-    """One state, ready to be sent."""
-
-    data: bytes
-    force: float  # [N] resultant of the zeroed force in it
 
 
 def datagram(controller: Controller, push: PushSettings) -> Datagram:
@@ -126,10 +120,7 @@ class PushSender:
         """Open a socket."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._faults = faults or FaultSchedule()
-        self._held: list[Datagram] = []
-        self._last_sent, self._held_since = -math.inf, -math.inf
-        self._frozen: Datagram | None = None
+        self._faults, self._outbox = faults or FaultSchedule(), Outbox()
         self.sent = 0
         self.failed = 0
 
@@ -138,25 +129,10 @@ class PushSender:
 
         Returns the force of the newest datagram that left [N], NaN when none did. Failures are counted.
         """
-        faults = self._faults
-        if "lost_udp" in faults or now - self._last_sent < faults.value("slow_udp"):
-            return math.nan
-        self._last_sent = now
-        if "frozen_udp" in faults:
-            state = self._frozen = self._frozen or state
-        else:
-            self._frozen = None
-        if "garbled_udp" in faults:
-            state = Datagram(state.data[: len(state.data) // 2], math.nan)
-        if not self._held:
-            self._held_since = now
-        self._held.append(state)
-        if now - self._held_since < faults.value("time_jump"):
-            return math.nan
-        for held in self._held:
-            self._send(held.data, address)
-        self._held.clear()
-        return state.force
+        leaving = self._outbox.leaving(state, now, self._faults.at(Place.PUSH))
+        for one in leaving:
+            self._send(one.data, address)
+        return leaving[-1].force if leaving else math.nan
 
     def _send(self, data: bytes, address: tuple[str, int]) -> None:
         try:

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
-from bathbot_bringup.sim.faults.arm_faults import BodyFaults
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
-from bathbot_bringup.sim.faults.pushed_surface import PushedSurface
+from bathbot_bringup.sim.faults.lasting_fault import Place
+from bathbot_bringup.sim.faults.pushed_surface import BodyStep, PushedSurface
 
 Array = NDArray[np.float64]
 _FAR = 0.05  # [m] of gap above which contact is looked for seldom
@@ -38,14 +38,14 @@ class SkinContact:
         self.surface = PushedSurface(surface)
         self.now = Contact(-2.0 * _FAR, 0.0, np.zeros(3), np.zeros(3), "")
         self._brush, self._clock, self._faults, self._period = brush, clock, faults, period
-        self._body = BodyFaults(self.surface, period)
         self._before: Array | None = None
         self._wait = 0
 
     def step(self, T_base_head: Array) -> Contact:
         """Advance by one period to a pose of the head, (4, 4)."""
         t = self._clock()
-        self._body.step(self._faults, T_base_head, t, self.now.compression > 0.0)
+        for fault in self._faults.at(Place.BODY):
+            fault(self.surface, BodyStep(T_base_head, t, self.now.compression > 0.0, self._period))
         position = T_base_head[:3, 3]
         velocity = (position - (position if self._before is None else self._before)) / self._period
         self._before = position.copy()

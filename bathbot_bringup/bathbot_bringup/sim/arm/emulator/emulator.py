@@ -32,8 +32,9 @@ from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.arm.trace import Trace
 from bathbot_bringup.sim.brush import Brush, Contact, SkinSurface
-from bathbot_bringup.sim.faults.fault_schedule import FaultEvent, FaultSchedule
-from bathbot_bringup.sim.faults.faults import NONE, Fault
+from bathbot_bringup.sim.faults.fault_schedule import BEGIN, FaultEvent, FaultSchedule
+from bathbot_bringup.sim.faults.faults import Fault
+from bathbot_bringup.sim.faults.kinds import KINDS, NONE
 
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
@@ -197,8 +198,7 @@ class Emulator:
                 self._begin_or_end(event)
             controller, push = self._desk.controller, self._desk.push
             settled = controller.step()
-            silent = controller.frozen or "power_cut" in self.faults
-            due = in_time and push.enable and count % push.cycle == 0 and not silent
+            due = in_time and push.enable and count % push.cycle == 0 and not controller.frozen
             state = datagram(controller, push) if due else None
         self.trace.events(events)
         pushed = self._sender.send(state, (push.ip or self._desk.peer, push.port), now) if state else math.nan
@@ -207,29 +207,37 @@ class Emulator:
             frames = [end.frame for end in settled if end.frame is not None]
             self._loop.call_soon_threadsafe(self.sessions.tell, frames)
 
+    def _begin_or_end(self, event: FaultEvent) -> None:
+        """Do what happens once, when a fault begins or ends."""
+        log.warning("all faults have ended" if event.kind == NONE else f"fault {event.kind} {event.phase}s")
+        kind = KINDS[event.kind]
+        (kind.at_begin if event.phase == BEGIN else kind.at_end)(self)
+
+    def cut_power(self) -> None:
+        """Let the joints lose power."""
+        self._desk.controller.cut_power()
+
+    def freeze(self) -> None:
+        """Let the controller's program stand still; the joints go on to the last target."""
+        self._desk.controller.frozen = True
+
+    def thaw(self) -> None:
+        """Let it go on, with what came in meanwhile."""
+        self._loop.call_soon_threadsafe(self._take_held)
+
     def _take_held(self) -> None:
         """Read what waited, then go on; within one step, as a program does that is not written in Python."""
         with self._lock:
             self.sessions.take_held()
             self._desk.controller.frozen = False
 
-    def _begin_or_end(self, event: FaultEvent) -> None:
-        """Do what happens once, when a fault begins or ends."""
-        log.warning("all faults have ended" if event.kind == NONE else f"fault {event.kind} {event.phase}s")
-        controller, later = self._desk.controller, self._loop.call_soon_threadsafe
-        match event.kind, event.phase:
-            case "none", _:
-                controller.skin.surface.put_back()
-            case "dropped_tcp", "begin":
-                later(self.sessions.drop)
-            case "power_cut", "begin":
-                controller.cut_power()
-            case "power_cut", "end":
-                later(self.sessions.drop)
-            case "stalled", "begin":
-                controller.frozen = True
-            case "stalled", "end":
-                later(self._take_held)
+    def drop_clients(self) -> None:
+        """Cut off all clients."""
+        self._loop.call_soon_threadsafe(self.sessions.drop)
+
+    def put_body_back(self) -> None:
+        """Put the body where it was."""
+        self._desk.controller.skin.surface.put_back()
 
 
 def is_loopback(host: str) -> bool:

@@ -8,6 +8,8 @@ from bathbot_scrub.rm65.controller.protocol import Frame, FrameBuffer, encode
 from bathbot_scrub.rm65.errors import ProtocolError
 
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
+from bathbot_bringup.sim.faults.lasting_fault import Place
+from bathbot_bringup.sim.faults.session_faults import SessionTrouble, session_trouble
 
 log = logging.getLogger(__name__)
 _MOST = 200  # clients at a time
@@ -31,8 +33,13 @@ class Sessions(set["Session"]):
             meet: Called with the address of each new client.
         """
         super().__init__()
-        self.answer, self.faults, self.meet = answer, faults, meet
+        self.answer, self._faults, self.meet = answer, faults, meet
         self.refused = 0  # frames, ever
+
+    @property
+    def trouble(self) -> SessionTrouble:
+        """What is wrong with the connections just now."""
+        return session_trouble(self._faults.at(Place.SESSIONS))
 
     def drop(self) -> None:
         """Cut off all."""
@@ -68,21 +75,21 @@ class Session(asyncio.Protocol):
         self.transport = transport  # type: ignore[assignment]
         self._sessions.add(self)
         self._sessions.meet(str(transport.get_extra_info("peername")[0]))
-        if "dropped_tcp" in self._sessions.faults or len(self._sessions) > _MOST:
+        if self._sessions.trouble.cut_off or len(self._sessions) > _MOST:
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End; what has come is read all the same when a controller that stands still goes on."""
-        if not (self._held and "stalled" in self._sessions.faults):
+        if not (self._held and self._sessions.trouble.waiting):
             self._sessions.discard(self)
 
     def data_received(self, data: bytes) -> None:
         """Answer each frame; a bad one is refused, and told once."""
-        faults = self._sessions.faults
-        if "deaf_tcp" in faults or "power_cut" in faults:
+        trouble = self._sessions.trouble
+        if trouble.deaf:
             return
         self._held += data
-        if "stalled" in faults:
+        if trouble.waiting:
             if len(self._held) > _MAX_UNREAD:
                 self.transport.abort()
             return
@@ -99,11 +106,11 @@ class Session(asyncio.Protocol):
 
     def send(self, frame: Frame) -> None:
         """Send a frame, late if replies are slow; cut off who never reads."""
-        faults = self._sessions.faults
-        if "deaf_tcp" in faults or "power_cut" in faults:
+        trouble = self._sessions.trouble
+        if trouble.deaf:
             return
-        if "slow_reply" in faults:
-            asyncio.get_running_loop().call_later(faults.value("slow_reply"), self._write, frame)
+        if trouble.delay:
+            asyncio.get_running_loop().call_later(trouble.delay, self._write, frame)
         else:
             self._write(frame)
 
