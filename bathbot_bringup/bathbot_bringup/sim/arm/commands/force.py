@@ -29,14 +29,13 @@ _MOST_FORCE, _FASTEST = 100.0, 0.2  # [N], [m/s] that the manual allows
 
 @command("get_force_data")
 def _force_data(desk: Desk, request: Frame) -> Frame:
-    controller = desk.controller
-    raw, zero, _ = controller.sensor.reading
+    controller, reading = desk.controller, desk.controller.sensor.reading
     return answer(
         "get_force_data",
-        force_data=wire_wrench(raw),
-        zero_force_data=wire_wrench(zero),
-        work_zero_force_data=wire_wrench(in_work_frame(controller, zero)),
-        tool_zero_force_data=wire_wrench(in_tool_frame(controller, zero)),
+        force_data=wire_wrench(reading.raw),
+        zero_force_data=wire_wrench(reading.zero),
+        work_zero_force_data=wire_wrench(in_work_frame(controller, reading.zero)),
+        tool_zero_force_data=wire_wrench(in_tool_frame(controller, reading.zero)),
     )
 
 
