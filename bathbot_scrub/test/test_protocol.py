@@ -115,6 +115,13 @@ def test_poses_survive_and_euler_angles_are_rz_ry_rx(angles):
     assert_allclose(protocol.quaternion_from_wire(protocol.quaternion_to_wire(rotation)), rotation, atol=1e-5)
 
 
+@pytest.mark.parametrize("pitch", [90.0, -90.0, 89.9999999])
+@given(roll=st.floats(-3.1, 3.1), yaw=st.floats(-3.1, 3.1))
+def test_a_flange_on_its_side_is_told_by_angles_that_turn_it_so(pitch, roll, yaw):
+    rotation = Rotation.from_euler("xyz", (roll, np.radians(pitch), yaw)).as_matrix()
+    assert_allclose(protocol.rotation_from_euler(protocol.euler_from_rotation(rotation)), rotation, atol=1e-7)
+
+
 def test_zero_quaternion_is_refused():
     with pytest.raises(ProtocolError, match="unit length"):
         protocol.quaternion_from_wire([0, 0, 0, 0])

@@ -170,13 +170,11 @@ def quaternion_from_wire(values: ArrayLike) -> Array:
 def euler_from_rotation(rotation: ArrayLike) -> Array:
     """Angles (rx, ry, rz) [rad] of R = Rz(rz) Ry(ry) Rx(rx), shape (3,)."""
     R = np.asarray(rotation, dtype=float)
-    return np.array(
-        [
-            np.arctan2(R[2, 1], R[2, 2]),
-            np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])),
-            np.arctan2(R[1, 0], R[0, 0]),
-        ]
-    )
+    rx = np.arctan2(R[2, 1], R[2, 2])
+    s, c = np.sin(rx), np.cos(rx)
+    # what is left behind rx: at ry = 90 deg, where rx may be anything, the three still make R
+    rz = np.arctan2(s * R[0, 2] - c * R[0, 1], c * R[1, 1] - s * R[1, 2])
+    return np.array([rx, np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])), rz])
 
 
 def rotation_from_euler(angles: ArrayLike) -> Array:
