@@ -27,7 +27,6 @@ SHORT = {
     "bathbot_localize/errors.py": "list of errors",
     "bathbot_localize/regions.py": "the type that messages and cores share",
     "bathbot_localize/target/stamp_buffer.py": "a container that stands alone",
-    "bathbot_depthcorr/calibration_file.py": "errors",
     "bathbot_scrub/rm65/arm/capsules.py": "table of the arm's capsules",
     "bathbot_scrub/rm65/arm/rm65.py": "the arm as others ask it",
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",

@@ -13,8 +13,9 @@ UPSTREAM = {
     "bathbot_scrub": {"bathbot_depthcorr", "bathbot_localize"},
     "bathbot_bringup": {"bathbot_depthcorr", "bathbot_perception", "bathbot_localize", "bathbot_scrub"},
 }
-# The detector is a branch of its own: of the first stage it takes the frame of a node, nothing of depth.
-PERCEPTION_TAKES = {"errors", "node.newest_worker", "node.stage_node"}
+# The detector is a branch of its own: of the first stage it takes the frame of a node and the one writer of
+# files, nothing of depth.
+PERCEPTION_TAKES = {"errors", "files", "node.newest_worker", "node.stage_node"}
 INTERFACES = {
     "action_msgs",
     "bathbot_msgs",

@@ -1,8 +1,7 @@
-"""Numbers as JSON files that any reader takes: no NaN, written whole."""
+"""What a command leaves on disk: numbers as JSON that any reader takes (no NaN), pages, logs."""
 
 import json
 import math
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -10,26 +9,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from bathbot_depthcorr.files import write_atomically
+
 from bathbot_bringup.errors import ProcessError
 
 
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write beside the target and rename, so that no reader ever sees half a file.
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file whole or not at all; its folder is made if it does not exist.
 
     Raises:
         OSError: When the folder cannot be made or written.
     """
-    data = content.encode("utf-8") if isinstance(content, str) else content
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_atomically(path, content)
 
 
 @contextmanager
@@ -62,4 +54,4 @@ def plain(value: Any) -> Any:
 
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file in one step."""
-    write_atomically(path, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
+    write_file(path, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")

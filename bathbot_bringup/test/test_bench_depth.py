@@ -9,7 +9,7 @@ from bathbot_bringup.bench.stream import arrived, cpu_seconds
 from bathbot_bringup.command.arguments import picture_size
 from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_depthcorr.models.correction import MODELS
+from bathbot_depthcorr.models.table import judged_models
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
@@ -39,7 +39,7 @@ def test_lost_frames_by_hand():
     assert arrived(stamps, 10.05, 2, 10.0) == [10.1]
 
 
-@pytest.mark.parametrize("model", sorted(set(MODELS) - {"identity"}))
+@pytest.mark.parametrize("model", judged_models())
 def test_the_bench_exercises_every_model_where_there_is_depth(model):
     camera = bench_camera(160, 90)
     one, two = bench_frames(camera, 2)

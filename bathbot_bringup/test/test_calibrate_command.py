@@ -10,7 +10,7 @@ from bathbot_bringup.errors import InputError
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.plane import Plane
-from bathbot_depthcorr.models import correction
+from bathbot_depthcorr.models.table import MODELS
 from bathbot_depthcorr.views.colour_reference import ViewSet
 from bathbot_depthcorr.views.view_folder import write_view_folder
 from bathbot_depthcorr.views.views import CalibrationView
@@ -77,7 +77,7 @@ def test_an_interrupted_fit_writes_nothing(folder, tmp_path, monkeypatch, capsys
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(correction.FITS, "two_stage", interrupt)
+    monkeypatch.setitem(MODELS, "two_stage", MODELS["two_stage"]._replace(fit=interrupt))
     arguments = ["calibrate", "depth", str(folder), "--model", "two_stage", "--out", str(tmp_path / "a.npz")]
     assert run(arguments) == 130
     assert "stopped fit two_stage" in capsys.readouterr().out.replace("  ", " ")

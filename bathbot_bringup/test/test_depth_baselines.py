@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bathbot_bringup.evaluation.depth.methods.clams import PUBLISHED_BIN, Clams, fit_clams
 from bathbot_bringup.evaluation.depth.methods.herrera import Herrera
-from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.table import all_methods
 from bathbot_bringup.evaluation.depth.methods.tare import Tare
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
@@ -106,7 +106,9 @@ def exact_views(raw, count=18):
 def own():
     """Each method fitted to a sensor of its own form."""
     return {
-        name: METHODS[name].fit(exact_views(inverted(case.formula)), CameraUnit(CAMERA, case.off @ TRUE))
+        name: all_methods()[name].fit(
+            exact_views(inverted(case.formula)), CameraUnit(CAMERA, case.off @ TRUE)
+        )
         for name, case in OWN.items()
     }
 
@@ -134,13 +136,13 @@ def test_the_transform_stays_within_the_prior_and_comes_nearer_to_the_truth(own,
 @pytest.mark.parametrize("name", ["none", "tare", "clams"])
 def test_who_fits_no_transform_keeps_the_factorys(name):
     unit = CameraUnit(CAMERA, OFF @ TRUE)
-    correction = METHODS[name].fit(exact_views(inverted(tare_sensor), 4), unit)
+    correction = all_methods()[name].fit(exact_views(inverted(tare_sensor), 4), unit)
     assert_allclose(correction.T_colour_depth, OFF @ TRUE, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", BASELINES)
 def test_a_perfect_sensor_stays_as_it_is(name):
-    correction = METHODS[name].fit(exact_views(lambda truth: truth, 12), CameraUnit(CAMERA, TRUE))
+    correction = all_methods()[name].fit(exact_views(lambda truth: truth, 12), CameraUnit(CAMERA, TRUE))
     for plane in (wall(0.62, 0.1), wall(0.88, -0.1, 0.2), wall(1.5)):
         truth = truth_of(plane).astype(np.float32)
         assert_allclose(correction.apply(truth), truth, atol=1e-5)
@@ -168,7 +170,7 @@ def test_a_few_flying_pixels_do_no_harm(own, name):
         rows, columns = rng.integers(0, HEIGHT - 16, 8), rng.integers(20, WIDTH - 16, 8)
         for row, column in zip(rows, columns, strict=True):
             view.depth[row : row + 16, column : column + 16] *= 1.3
-    correction = METHODS[name].fit(views, CameraUnit(CAMERA, OWN[name].off @ TRUE))
+    correction = all_methods()[name].fit(views, CameraUnit(CAMERA, OWN[name].off @ TRUE))
     depth = raw(truth_of(wall(0.8, 0.1, 0.1))).astype(np.float32)
     assert np.abs(correction.apply(depth) - own[name].apply(depth))[:, 24:].mean() < 2e-4
 
@@ -183,7 +185,7 @@ def test_tare_takes_the_nearest_view_when_none_stands_at_its_distance():
         CalibrationView(inverted(tare_sensor)(truth_of(wall(z))).astype(np.float32), wall(z))
         for z in (1.4, 1.8)
     ]
-    fitted = METHODS["tare"].fit(views, CameraUnit(CAMERA, TRUE))
+    fitted = all_methods()["tare"].fit(views, CameraUnit(CAMERA, TRUE))
     assert fitted.offset == pytest.approx(0.4 / FOCAL_BASELINE, rel=1e-3)
 
 
@@ -210,7 +212,7 @@ def test_clams_fills_holes_between_cells_but_not_beyond_all_views():
     views, unit = exact_views(inverted(clams_sensor)), CameraUnit(CAMERA, TRUE)
     for view in views[12:]:
         view.depth[:, : WIDTH // 2] = np.nan
-    correction = METHODS["clams"].fit(views, unit)
+    correction = all_methods()["clams"].fit(views, unit)
     assert_allclose(
         correction.apply(inverted(clams_sensor)(np.full_like(X, 1.3)).astype(np.float32))[:, 24:],
         1.3,

@@ -16,7 +16,7 @@ from bathbot_bringup.errors import InputError
 from bathbot_bringup.graph.isolation import free_domain, used_ports
 from bathbot_bringup.graph.processes import isolated_environment
 from bathbot_depthcorr.calibration.coverage import ViewPose
-from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.views.chessboard import Chessboard
 from rich.console import Console
 

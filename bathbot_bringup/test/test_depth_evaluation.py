@@ -9,7 +9,7 @@ from bathbot_bringup.command.arguments import count_or_seeds
 from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.evaluation.depth.measures import errors, flatness
-from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.table import all_methods
 from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit, facing
 from bathbot_bringup.evaluation.depth.summary import interval, verdict
 from bathbot_bringup.evaluation.depth.sweeps import SWEEPS, circumstances
@@ -171,7 +171,7 @@ def test_the_command_writes_numbers_and_pictures(tmp_path, capsys):
     file = tmp_path / "depth.json"
     assert run([*line.split(), "--json", str(file), "--figures", str(tmp_path)]) == 0
     result = json.loads(file.read_text())
-    assert set(result["systematic_mm"]) == set(METHODS)
+    assert set(result["systematic_mm"]) == set(all_methods())
     assert list(result["systematic_mm"]["two_stage"]) == [str(z) for z in DISTANCES]
     assert 14.0 < result["raw_mm"] < 24.0
     assert 0.0 < result["one_frame_mm"] < result["frames"]["none"]["absolute"]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.calibration.calibrate import calibrate_bag
 from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
-from bathbot_depthcorr.calibration_file import CalibrationFileError
+from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.errors import BathbotError, SettingsError
-from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.files import CalibrationFileError
 from bathbot_depthcorr.ros.camera_health import CameraHealth, camera_health
 from bathbot_depthcorr.views.bag_views import BagError, read_boards
 from bathbot_depthcorr.views.chessboard import Chessboard

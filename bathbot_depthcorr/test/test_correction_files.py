@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.calibration_file import CalibrationFileError
-from bathbot_depthcorr.models.correction import load
+from bathbot_depthcorr.calibration_file import load
+from bathbot_depthcorr.files import CalibrationFileError
 from correction_makers import spline
 
 

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
+from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.geometry.bspline_surface import SplineGrid
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit, OtherCameraError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
-from bathbot_depthcorr.models.correction import MODELS, load
 from bathbot_depthcorr.models.correction_model import DepthShapeError, Identity
 from bathbot_depthcorr.models.disparity_spline import DisparitySpline
 from bathbot_depthcorr.models.ripple import ripple_terms, tame
+from bathbot_depthcorr.models.table import MODELS
 from bathbot_depthcorr.models.two_imager import tame_map
 from bathbot_depthcorr.models.two_stage import make_monotone
 from correction_makers import CAMERA, MAKERS, UNIT, spline, two_imager, two_stage

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.calibration.calibrate import calibrate_bag
 from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
+from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.geometry.rigid import inverse
-from bathbot_depthcorr.models.correction import load
 from bathbot_depthcorr.views.colour_reference import ViewSet
 from bathbot_depthcorr.views.view_folder import (
     ViewFolderError,

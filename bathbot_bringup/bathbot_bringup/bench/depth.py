@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bathbot_depthcorr.models.correction import DEFAULT_MODEL
+from bathbot_depthcorr.models.table import DEFAULT_MODEL
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table

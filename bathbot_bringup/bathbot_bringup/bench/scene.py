@@ -4,11 +4,8 @@ import numpy as np
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import transform_from
-from bathbot_depthcorr.models.correction import DEFAULT_MODEL
 from bathbot_depthcorr.models.correction_model import Correction
-from bathbot_depthcorr.models.disparity_spline import DisparitySpline
-from bathbot_depthcorr.models.two_imager import TwoImager
-from bathbot_depthcorr.models.two_stage import TwoStage
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, judged_models
 from numpy.typing import NDArray
 
 SERIAL, TEMPERATURE = "BENCH", 32.0  # of the camera, [deg C]
@@ -22,18 +19,10 @@ def bench_camera(width: int, height: int) -> Pinhole:
 
 
 def bench_corrections(camera: Pinhole, seed: int = 0) -> dict[str, Correction]:
-    """One calibration per model, every part of it in use; their coefficients are drawn, not fitted."""
-    rng = np.random.default_rng(seed)
+    """One calibration per model of ours; their coefficients are drawn, not fitted."""
     unit = CameraUnit(camera, transform_from(translation=(-0.059, 0.0, 0.0)), SERIAL, TEMPERATURE)
-    ripple, scale = rng.normal(0.0, 0.01, 4), rng.normal(0.01, 0.003, (4, 6))
-    left, right = rng.normal(0.3, 0.1, (2, 14, 24))
-    local = np.array([0.0, 1.0, 0.0]) + rng.normal(0.0, 0.005, (camera.height // 8, camera.width // 8, 3))
-    made = (
-        DisparitySpline(unit, scale, left, ripple, 0.07, np.full((3, 9, 16), 1e-4)),
-        TwoImager(unit, 0.01, left, right, ripple, 0.07, np.full((4, 9, 16), 1e-4)),
-        TwoStage(unit, local, (0.001, 0.99, 0.005), (0.4, 2.0), 0.07),
-    )
-    return {correction.model: correction for correction in made}
+    rng = np.random.default_rng(seed)
+    return {name: row.kind.drawn(unit, rng) for name, row in judged_models().items()}
 
 
 def bench_correction(camera: Pinhole) -> Correction:

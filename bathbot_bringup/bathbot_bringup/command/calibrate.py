@@ -1,8 +1,10 @@
 """`bathbot calibrate`: make calibrations from recorded bags."""
 
 from pathlib import Path
+from typing import Any
 
 import typer
+from typer.core import TyperCommand
 
 app = typer.Typer(
     help="Calibrate the camera's depth, or its place beside the arm.",
@@ -16,7 +18,18 @@ def _group() -> None:
     """Calibrate the camera's depth, or its place beside the arm."""
 
 
-@app.command("depth")
+class _TellsModels(TyperCommand):
+    """A command whose help says a line about each depth model; they are imported only then."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        from bathbot_depthcorr.models.table import MODELS
+
+        super().format_options(ctx, formatter)
+        with formatter.section("Depth models"):
+            formatter.write_dl([(name, model.about) for name, model in MODELS.items()])
+
+
+@app.command("depth", cls=_TellsModels)
 def depth(
     source: Path = typer.Argument(
         None,
@@ -27,9 +40,7 @@ def depth(
     out: Path = typer.Option(
         ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
     ),
-    model: str = typer.Option(
-        "disparity_spline", help="Depth model: disparity_spline, two_imager, two_stage or identity."
-    ),
+    model: str = typer.Option(None, "--model", help="Depth model, see below; the first is the default."),
     board: str = typer.Option("11x8", help="Inner corners of the board, along x across."),
     square: float = typer.Option(
         0.05, min=0.001, help="Edge of a square [m]; measure it, do not trust the print."
@@ -53,12 +64,14 @@ def depth(
       bathbot calibrate depth wall --out d455.npz
       bathbot calibrate depth --live --out d455.npz
     """  # noqa: D301 - \b keeps the lines of examples
+    from bathbot_depthcorr.models.table import DEFAULT_MODEL
     from bathbot_depthcorr.views.chessboard import Chessboard
 
     from bathbot_bringup.calibration.depth_job import Job, run_job
     from bathbot_bringup.command.arguments import board_size
 
     chessboard = Chessboard(*board_size(board), square)
+    model = DEFAULT_MODEL if model is None else model
     run_job(Job(source, live, camera, chessboard, model, out, json, views))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
 
-from bathbot_bringup.files import write_atomically
+from bathbot_bringup.files import write_file
 from bathbot_bringup.graph.summary_table import table_rows
 from bathbot_bringup.report import figures
 from bathbot_bringup.report.coverage import patch_frame
@@ -83,4 +83,4 @@ def write_page(path: Path, summary: Mapping[str, Any], run: Run, measures: RunMe
         *_figures(run, measures, summary, epoch),
         f"<h2>Stages</h2>{_table(stages)}</html>\n",
     ]
-    write_atomically(path, "\n".join(parts))
+    write_file(path, "\n".join(parts))

@@ -12,8 +12,8 @@ from bathbot_depthcorr.calibration.fit import (
     with_learning,
 )
 from bathbot_depthcorr.calibration.report import CalibrationReport
-from bathbot_depthcorr.calibration_file import CalibrationFileError
 from bathbot_depthcorr.errors import SettingsError
+from bathbot_depthcorr.files import CalibrationFileError
 from bathbot_depthcorr.views.bag_views import Recording, read_boards
 from bathbot_depthcorr.views.chessboard import Chessboard
 from bathbot_depthcorr.views.colour_reference import ViewSet, views_from_boards

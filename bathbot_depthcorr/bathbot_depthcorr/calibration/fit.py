@@ -19,8 +19,8 @@ from bathbot_depthcorr.calibration.report import CalibrationReport
 from bathbot_depthcorr.calibration.wall_extraction import only_wall
 from bathbot_depthcorr.calibration.wall_guards import WallComparison, check_wall, compare_wall, keep_walls
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
-from bathbot_depthcorr.models.correction import DEFAULT_MODEL, find_fit
 from bathbot_depthcorr.models.correction_model import Correction, Identity
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, find_fit
 from bathbot_depthcorr.views.colour_reference import ColourReference, ViewSet
 from bathbot_depthcorr.views.views import CalibrationView, Steps, nearest_first
 
@@ -107,7 +107,7 @@ def calibrate(
     Args:
         views: Walls seen by the camera.
         unit: The camera, with the factory's depth -> colour transform.
-        model: One of `fitting.FITS`.
+        model: One of `MODELS`.
         reference: What the board says about the colour camera, if it was used.
 
     Returns:

@@ -7,8 +7,8 @@ import numpy as np
 
 from bathbot_depthcorr.calibration.held_out_view import wall_error
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
-from bathbot_depthcorr.models.correction import Fit
 from bathbot_depthcorr.models.correction_model import Correction
+from bathbot_depthcorr.models.table import Fit
 from bathbot_depthcorr.views.views import CalibrationView, block_means, block_size
 
 SIZES = (6, 9, 12, 15)  # numbers of views beside all; each costs a fit

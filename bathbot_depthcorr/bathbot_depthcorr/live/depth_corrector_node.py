@@ -9,6 +9,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 
+from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.geometry.registration import Region
 from bathbot_depthcorr.live.corrected_output_node import CorrectedOutput
@@ -16,7 +17,6 @@ from bathbot_depthcorr.live.frame_quality import quality_values
 from bathbot_depthcorr.live.live_correction import Level, LiveCorrection, Verdict
 from bathbot_depthcorr.live.registered_output_node import RegisteredOutput
 from bathbot_depthcorr.live.settings import Settings
-from bathbot_depthcorr.models.correction import load
 from bathbot_depthcorr.node.newest_worker import NewestWorker
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from bathbot_depthcorr.ros.camera_health import camera_health

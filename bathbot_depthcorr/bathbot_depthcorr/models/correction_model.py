@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.calibration_file import write_atomically
 from bathbot_depthcorr.errors import DepthcorrError
+from bathbot_depthcorr.files import write_npz
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 
@@ -81,6 +81,11 @@ class Correction(ABC):
     def from_arrays(cls, unit: CameraUnit, arrays: dict[str, NDArray]) -> "Correction":
         """Build the correction from what `arrays` gave."""
 
+    @classmethod
+    @abstractmethod
+    def drawn(cls, unit: CameraUnit, rng: np.random.Generator) -> "Correction":
+        """Draw coefficients of a usual size, every part of the model in use: something to time."""
+
     def check_shape(self, depth: Depth) -> Depth:
         """Give depth as contiguous float32.
 
@@ -123,7 +128,7 @@ class Correction(ABC):
             "T_colour_depth": self.T_colour_depth, "temperature": self.temperature,
             "baseline": self.unit.baseline, **self.arrays(),
         }  # fmt: skip
-        write_atomically(Path(path), contents)
+        write_npz(Path(path), contents)
 
 
 class Identity(Correction):
@@ -151,4 +156,9 @@ class Identity(Correction):
     @classmethod
     def from_arrays(cls, unit: CameraUnit, arrays: dict[str, NDArray]) -> "Identity":
         """Build the identity for a camera unit."""
+        return cls(unit)
+
+    @classmethod
+    def drawn(cls, unit: CameraUnit, rng: np.random.Generator) -> "Identity":
+        """Give the identity, which has nothing to draw."""
         return cls(unit)

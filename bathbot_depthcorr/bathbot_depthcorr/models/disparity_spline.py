@@ -84,6 +84,12 @@ class DisparitySpline(Correction):
             raise ValueError(f"ripple of shape {values[2].shape} or a value that is not finite")
         return cls(unit, values[0], values[1], values[2], float(values[3]), values[4])
 
+    @classmethod
+    def drawn(cls, unit: CameraUnit, rng: np.random.Generator) -> "DisparitySpline":
+        """Draw coefficients of a usual size, every part of the model in use."""
+        scale, offset = rng.normal(0.01, 0.003, (4, 6)), rng.normal(0.3, 0.1, (14, 24))
+        return cls(unit, scale, offset, rng.normal(0.0, 0.01, 4), 0.07, np.full((3, 9, 16), 1e-4))
+
     def _rows(self, coefficients: NDArray) -> NDArray[np.float32]:
         rows, columns = coefficients.shape
         grid = SplineGrid(self.depth_camera.width, self.depth_camera.height, columns, rows)

@@ -106,6 +106,12 @@ class TwoImager(Correction):
             raise ValueError(f"ripple of shape {ripple.shape} or a value that is not finite")
         return cls(unit, float(scale), left, right, ripple, float(noise), variances)
 
+    @classmethod
+    def drawn(cls, unit: CameraUnit, rng: np.random.Generator) -> "TwoImager":
+        """Draw coefficients of a usual size, every part of the model in use."""
+        left, right = rng.normal(0.3, 0.1, (2, 14, 24))
+        return cls(unit, 0.01, left, right, rng.normal(0.0, 0.01, 4), 0.07, np.full((4, 9, 16), 1e-4))
+
     def _rows(self, coefficients: NDArray) -> NDArray[np.float32]:
         rows, columns = coefficients.shape
         grid = SplineGrid(self.depth_camera.width, self.depth_camera.height, columns, rows)

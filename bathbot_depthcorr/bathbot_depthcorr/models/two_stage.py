@@ -85,3 +85,10 @@ class TwoStage(Correction):
         ):
             raise ValueError(f"coefficients of shape {local.shape} and {overall.shape}")
         return cls(unit, local, overall, (float(span[0]), float(span[1])), float(noise))
+
+    @classmethod
+    def drawn(cls, unit: CameraUnit, rng: np.random.Generator) -> "TwoStage":
+        """Draw coefficients of a usual size, every part of the model in use."""
+        cells = (unit.depth_camera.height // 8, unit.depth_camera.width // 8, 3)
+        local = np.array([0.0, 1.0, 0.0]) + rng.normal(0.0, 0.005, cells)
+        return cls(unit, local, (0.001, 0.99, 0.005), (0.4, 2.0), 0.07)

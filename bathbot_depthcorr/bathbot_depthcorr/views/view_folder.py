@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_depthcorr.calibration_file import write_atomically
 from bathbot_depthcorr.errors import BathbotError, DepthcorrError
+from bathbot_depthcorr.files import write_atomically, write_npz
 from bathbot_depthcorr.geometry.camera_unit import DEFAULT_BASELINE, CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.plane import Plane, fit_plane
@@ -69,7 +69,7 @@ def write_view(path: Path, view: CalibrationView) -> None:
     """Write one view with its plane in the colour frame."""
     plane = np.append(view.plane.normal, view.plane.offset)
     noise = {"frame_count": view.frames, "temporal_noise": view.temporal_noise}
-    write_atomically(path, {"depth": view.depth, "plane": plane, "covariance": view.covariance, **noise})
+    write_npz(path, {"depth": view.depth, "plane": plane, "covariance": view.covariance, **noise})
 
 
 def write_view_folder(folder: Path, found: ViewSet) -> None:
@@ -83,7 +83,7 @@ def write_view_folder(folder: Path, found: ViewSet) -> None:
         "serial": unit.serial,
     }
     known |= {"temperature": unit.temperature} if np.isfinite(unit.temperature) else {}
-    (folder / "camera.json").write_text(json.dumps(known, indent=2) + "\n", encoding="utf-8")
+    write_atomically(folder / "camera.json", json.dumps(known, indent=2) + "\n")
     for number, view in enumerate(found.views):
         write_view(folder / f"view_{number:03d}.npz", view)
 

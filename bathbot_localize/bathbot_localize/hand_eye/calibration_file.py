@@ -1,12 +1,11 @@
 """The result of hand-eye calibration as a YAML file: where the camera is in the base frame."""
 
-import os
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import yaml
+from bathbot_depthcorr.files import write_atomically
 from bathbot_depthcorr.geometry.rigid import (
     quaternion_from_rotation,
     rotation_from_quaternion,
@@ -73,16 +72,9 @@ def save_hand_eye(hand_eye: HandEye, path: Path | str) -> None:
     text = "# Where the camera is: maps coordinates of `child` to `parent` [m].\n" + yaml.safe_dump(
         document, sort_keys=False, default_flow_style=None
     )
-    temporary = None
     try:
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, delete=False) as file:
-            temporary = file.name
-            file.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
+        write_atomically(path, text)
     except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
         raise HandEyeFileError(
             f"cannot write hand-eye file {path}: {error.strerror}; is the folder there?"
         ) from error

@@ -9,7 +9,7 @@ from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle
 from numpy.typing import NDArray
 
 from bathbot_bringup.evaluation.depth.measures import Errors, Fitted, Flatness, errors, flatness
-from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.table import all_methods
 from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit, facing
 from bathbot_bringup.evaluation.depth.targets import Target, targets, wall
 
@@ -80,7 +80,7 @@ def fit_methods(
     for name in names:
         tell(f"fitting {name}")
         start = time.perf_counter()
-        fitted[name] = METHODS[name].fit(views, unit.factory)
+        fitted[name] = all_methods()[name].fit(views, unit.factory)
         seconds = time.perf_counter() - start
         off = fitted[name].T_colour_depth @ inverse(unit.T_colour_depth)
         move = np.linalg.norm(fitted[name].T_colour_depth[:3, 3] - unit.T_colour_depth[:3, 3])

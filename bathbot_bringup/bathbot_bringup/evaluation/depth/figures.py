@@ -5,24 +5,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, PAPERS_MODEL
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bathbot_bringup.evaluation.depth.methods.table import UNCORRECTED, all_methods
 from bathbot_bringup.evaluation.depth.sweeps import SWEEPS, SWEPT
 from bathbot_bringup.evaluation.depth.targets import DISTANCES
 
 Array = NDArray[np.float64]
 
-COLOURS = {
-    "none": "black", "tare": "tab:brown", "global_quadratic": "tab:gray", "clams": "tab:olive",
-    "herrera": "tab:green", "basso": "tab:cyan", "two_stage": "tab:orange", "two_imager": "tab:purple",
-    "disparity_spline": "tab:blue",
-}  # fmt: skip
 DATA_SHEET = 0.02  # relative error of depth that the data sheet allows
 MAP_DISTANCES = (0.75, 1.5)  # [m]
-MAPPED = ("none", "two_stage", "disparity_spline")
+MAPPED = (UNCORRECTED, PAPERS_MODEL, DEFAULT_MODEL)
 
 
 def save_figures(
@@ -54,15 +51,19 @@ def save_figures(
     return paths
 
 
+def _colour(method: str) -> str:
+    return all_methods()[method].colour
+
+
 def _errors(summary: Mapping[str, Any]) -> Figure:
     """Systematic error against distance, absolute and signed."""
     figure = Figure(figsize=(12.0, 5.0), layout="constrained")
     absolute, signed = figure.subplots(1, 2)
     for method, row in summary["systematic_mm"].items():
-        style = {"color": COLOURS[method], "marker": "o", "ms": 3, "lw": 2 if method in MAPPED else 1}
+        style = {"color": _colour(method), "marker": "o", "ms": 3, "lw": 2 if method in MAPPED else 1}
         absolute.plot(DISTANCES, list(row.values()), label=method, **style)
         bounds = np.array(list(summary["interval_mm"][method].values()), dtype=float)
-        absolute.fill_between(DISTANCES, *bounds.T, color=COLOURS[method], alpha=0.12)
+        absolute.fill_between(DISTANCES, *bounds.T, color=_colour(method), alpha=0.12)
         signed.plot(DISTANCES, list(summary["signed_mm"][method].values()), **style)
     sheet = 1e3 * DATA_SHEET * np.array(DISTANCES)
     absolute.set(yscale="log", ylabel="mean absolute error [mm]", title="systematic error, 95 % interval")
@@ -91,7 +92,7 @@ def _maps(maps: Mapping[str, Mapping[float, Array]]) -> Figure:
 
 def _map(figure: Figure, axes: Axes, error: Array, title: str) -> None:
     known = error[np.isfinite(error)]
-    centre = float(np.median(known)) if title.startswith("none") else 0.0
+    centre = float(np.median(known)) if title.startswith(UNCORRECTED) else 0.0
     reach = max(0.2, float(np.percentile(np.abs(known - centre), 98.0)))
     image = axes.imshow(error, cmap="coolwarm", vmin=centre - reach, vmax=centre + reach)
     axes.set(xticks=[], yticks=[])
@@ -103,7 +104,7 @@ def _parts(summary: Mapping[str, Any], maps: Mapping[str, Mapping[float, Array]]
     """Systematic, frozen and temporal error apart; and how many pixels err by how much."""
     figure = Figure(figsize=(12.0, 4.6), layout="constrained")
     bars, shares = figure.subplots(1, 2)
-    methods = [method for method in summary["noise_rms_mm"] if method != "none"]
+    methods = [method for method in summary["noise_rms_mm"] if method != UNCORRECTED]
     place, width = np.arange(len(methods)), 0.27
     for shift, part in enumerate(("systematic", "frozen", "temporal")):
         values = [summary["noise_rms_mm"][method][part] for method in methods]
@@ -113,7 +114,7 @@ def _parts(summary: Mapping[str, Any], maps: Mapping[str, Mapping[float, Array]]
     bars.legend()
     for method, by_distance in maps.items():
         error = np.sort(np.abs(by_distance[MAP_DISTANCES[0]][np.isfinite(by_distance[MAP_DISTANCES[0]])]))
-        shares.plot(error, np.linspace(0.0, 1.0, len(error)), color=COLOURS[method], label=method)
+        shares.plot(error, np.linspace(0.0, 1.0, len(error)), color=_colour(method), label=method)
     shares.set(
         xscale="log", xlim=(0.01, 40.0), xlabel="systematic error [mm]", ylabel="share of pixels below",
         title=f"a wall at {MAP_DISTANCES[0]} m, one unit",
@@ -135,9 +136,9 @@ def _table_2(rows: Sequence[Mapping[str, Any]]) -> Figure:
     )  # fmt: skip
     raw.legend(["published", "simulated"])
     raw.set(title="before correction", ylabel="error of depth [mm]")
-    kinds = (("published_z_mm", None, "published (Z error)", "tab:gray"),
-             ("two_stage_mm", "two_stage_std_mm", "two_stage, simulated", "tab:orange"),
-             ("corrected_mm", "corrected_std_mm", "disparity_spline, simulated", "tab:blue"))  # fmt: skip
+    kinds = [("published_z_mm", None, "published (Z error)", "tab:gray")]
+    for column, method in ((PAPERS_MODEL, PAPERS_MODEL), ("corrected", DEFAULT_MODEL)):
+        kinds.append((f"{column}_mm", f"{column}_std_mm", f"{method}, simulated", _colour(method)))
     for shift, (key, spread, label, colour) in enumerate(kinds):
         bars = [row[spread] for row in rows] if spread else None
         corrected.bar(
@@ -160,7 +161,7 @@ def _sweeps(sweeps: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:
         for method in SWEPT:
             places = [row["value"] for row in rows]
             axes.plot(
-                places, [row[method] for row in rows], marker="o", ms=4, color=COLOURS[method], label=method
+                places, [row[method] for row in rows], marker="o", ms=4, color=_colour(method), label=method
             )
         axes.set(xlabel=SWEEPS[name][0], ylabel="systematic error [mm]")
         axes.set_ylim(bottom=0.0)

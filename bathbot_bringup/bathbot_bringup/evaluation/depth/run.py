@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, PAPERS_MODEL
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -14,9 +15,9 @@ from bathbot_bringup.evaluation.depth.conditions import condition_errors
 from bathbot_bringup.evaluation.depth.evaluate_unit import evaluate_unit, signed_map
 from bathbot_bringup.evaluation.depth.figures import MAP_DISTANCES, save_figures
 from bathbot_bringup.evaluation.depth.measures import Fitted
-from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.table import UNCORRECTED, all_methods
 from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit
-from bathbot_bringup.evaluation.depth.summary import OURS, summarise
+from bathbot_bringup.evaluation.depth.summary import summarise
 from bathbot_bringup.evaluation.depth.sweeps import sweep_all
 from bathbot_bringup.evaluation.depth.table_2 import replay, table
 from bathbot_bringup.evaluation.depth.tables import print_summary
@@ -24,7 +25,7 @@ from bathbot_bringup.files import write_json
 from bathbot_bringup.sim.camera.d455_unit import find_preset, make_unit
 
 LEAST_POSES = 10
-_REPLAYED = ("none", "two_stage", OURS)
+_REPLAYED = (UNCORRECTED, PAPERS_MODEL, DEFAULT_MODEL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,23 +68,23 @@ def evaluate_depth(settings: DepthEvaluation, console: Console | None = None) ->
             tell = _teller(progress, task, seed)
             unit = SimulatedUnit(seed, find_preset(settings.preset), *settings.size)
             result, fitted = evaluate_unit(
-                unit, Recording(settings.poses, settings.frames), list(METHODS), tell
+                unit, Recording(settings.poses, settings.frames), list(all_methods()), tell
             )
             results.append(result)
             tell("Table 2")
             replays.append(replay(unit, {name: fitted[name] for name in _REPLAYED}))
             tell("temperature, water, steam")
-            conditions.append(condition_errors(unit, fitted[OURS]))
+            conditions.append(condition_errors(unit, fitted[DEFAULT_MODEL]))
             maps = maps or _signed_maps(unit, fitted)
             progress.advance(task)
         tell = _teller(progress, task, settings.seeds[0])
         swept = sweep_all(find_preset(settings.preset), settings.seeds, tell) if settings.sweeps else {}
     summary = {
-        **summarise(results, list(METHODS)), "table2": table(replays, OURS),
+        **summarise(results, list(all_methods())), "table2": table(replays, DEFAULT_MODEL),
         "conditions_mm": {name: float(np.mean([row[name] for row in conditions])) for name in conditions[0]},
         "preset": settings.preset, "units": len(results), "seeds": list(settings.seeds),
         "size": list(settings.size), "poses": settings.poses, "frames_per_pose": settings.frames,
-        "model": OURS, "sweeps_mm": swept, "simulated": True,
+        "model": DEFAULT_MODEL, "sweeps_mm": swept, "simulated": True,
     }  # fmt: skip
     print_summary(summary, console)
     if settings.json_file:

@@ -4,9 +4,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from bathbot_depthcorr.models.table import DEFAULT_MODEL
 from numpy.typing import ArrayLike
 
 from bathbot_bringup.evaluation.depth.evaluate_unit import Sample, UnitResult
+from bathbot_bringup.evaluation.depth.methods.table import UNCORRECTED
 from bathbot_bringup.evaluation.depth.targets import DISTANCES, RADII
 
 DRAWS = 10_000
@@ -46,7 +48,6 @@ def verdict(difference: Interval) -> str:
     return "worse" if difference.high < 0.0 else "level"
 
 
-OURS = "disparity_spline"
 Item = TypeVar("Item")
 
 
@@ -95,12 +96,12 @@ def summarise(results: Sequence[UnitResult], methods: Sequence[str]) -> dict[str
     near = {method: interval(systematic_by_unit(results, method, working)) for method in methods}
     frames = {method: _frames(results, method) for method in methods}
     return {
-        "raw_mm": near["none"].mean,
+        "raw_mm": near[UNCORRECTED].mean,
         "systematic_mm": {
             method: {z: found.mean for z, found in row.items()} for method, row in walls.items()
         },
-        "one_frame_mm": frames[OURS]["absolute"],
-        "rmse_mm": frames[OURS]["rmse"],
+        "one_frame_mm": frames[DEFAULT_MODEL]["absolute"],
+        "rmse_mm": frames[DEFAULT_MODEL]["rmse"],
         "working_mm": {method: found.mean for method, found in near.items()},
         "interval_mm": {
             method: {z: [found.low, found.high] for z, found in row.items()} for method, row in walls.items()
@@ -109,7 +110,7 @@ def summarise(results: Sequence[UnitResult], methods: Sequence[str]) -> dict[str
         "against": {
             method: {z: _compare(results, method, z) for z in DISTANCES}
             for method in methods
-            if method != OURS
+            if method != DEFAULT_MODEL
         },
         "cylinder_mm": {
             method: {radius: _cylinder(results, method, radius) for radius in RADII} for method in methods
@@ -123,7 +124,9 @@ def summarise(results: Sequence[UnitResult], methods: Sequence[str]) -> dict[str
 
 def _compare(results: Sequence[UnitResult], method: str, distance: float) -> dict[str, Any]:
     """The other method's error minus ours at a distance, unit by unit."""
-    theirs, ours = (systematic_by_unit(results, name, at_distance(distance)) for name in (method, OURS))
+    theirs, ours = (
+        systematic_by_unit(results, name, at_distance(distance)) for name in (method, DEFAULT_MODEL)
+    )
     difference: Interval = interval(theirs - ours)
     return {"difference_mm": list(difference), "ours_is": verdict(difference)}
 

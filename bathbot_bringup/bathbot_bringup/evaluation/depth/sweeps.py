@@ -5,14 +5,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, PAPERS_MODEL
 
 from bathbot_bringup.evaluation.depth.evaluate_unit import systematic
-from bathbot_bringup.evaluation.depth.methods.table import METHODS
+from bathbot_bringup.evaluation.depth.methods.table import all_methods
 from bathbot_bringup.evaluation.depth.simulated_unit import Recording, SimulatedUnit
 from bathbot_bringup.evaluation.depth.targets import targets
 from bathbot_bringup.sim.camera.d455_unit import Preset
 
-SWEPT = ("basso", "two_stage", "disparity_spline")
+SWEPT = ("basso", PAPERS_MODEL, DEFAULT_MODEL)
 # Of each circumstance: how it is told, and its values in the unit in which they are told.
 SWEEPS: dict[str, tuple[str, tuple[float, ...]]] = {
     "poses": ("poses", (10, 14, 18, 24, 36)),
@@ -62,7 +63,7 @@ def sweep(
             tell(f"{label}: {value:g}, unit {seed}")
             unit = SimulatedUnit(seed, changed, *size)
             views, _ = unit.calibration_views(recording)
-            fitted = {method: METHODS[method].fit(views, unit.factory) for method in SWEPT}
+            fitted = {method: all_methods()[method].fit(views, unit.factory) for method in SWEPT}
             for target in targets(seed):
                 if target.kind == "working":
                     for sample in systematic(unit, target, fitted):

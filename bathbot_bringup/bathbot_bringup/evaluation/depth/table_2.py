@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
+from bathbot_depthcorr.models.table import PAPERS_MODEL
 
 from bathbot_bringup.evaluation.depth.measures import CIRCLE, Fitted
+from bathbot_bringup.evaluation.depth.methods.table import UNCORRECTED
 from bathbot_bringup.evaluation.depth.simulated_unit import SimulatedUnit
 from bathbot_bringup.evaluation.depth.targets import wall
 
@@ -81,14 +83,14 @@ def table(by_unit: Sequence[dict[str, np.ndarray]], method: str) -> list[dict[st
     for index, published in enumerate(PUBLISHED):
         raw, corrected, papers = (
             np.concatenate([errors[name][index] for errors in by_unit])
-            for name in ("none", method, "two_stage")
+            for name in (UNCORRECTED, method, PAPERS_MODEL)
         )
         rows.append({
             "no": published.number, "position_mm": list(published.position),
             "published_raw_mm": published.raw_error, "published_z_mm": published.z_error,
             "raw_mm": np.nanmean(np.abs(raw)), "raw_std_mm": np.nanstd(raw),
             "corrected_mm": np.nanmean(np.abs(corrected)), "corrected_std_mm": np.nanstd(corrected),
-            "two_stage_mm": np.nanmean(np.abs(papers)), "two_stage_std_mm": np.nanstd(papers),
+            f"{PAPERS_MODEL}_mm": np.nanmean(np.abs(papers)), f"{PAPERS_MODEL}_std_mm": np.nanstd(papers),
             "trials": int(np.isfinite(corrected).sum()),
         })  # fmt: skip
     return rows

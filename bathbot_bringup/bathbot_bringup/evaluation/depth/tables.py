@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from bathbot_depthcorr.models.table import DEFAULT_MODEL, PAPERS_MODEL
 from rich.console import Console
 from rich.table import Table
 
-from bathbot_bringup.evaluation.depth.summary import OURS
 from bathbot_bringup.evaluation.depth.sweeps import SWEEPS, SWEPT
 from bathbot_bringup.evaluation.depth.table_2 import PUBLISHED_CORRECTED, PUBLISHED_RAW
 from bathbot_bringup.evaluation.depth.targets import DISTANCES
@@ -19,7 +19,9 @@ def print_summary(summary: Mapping[str, Any], console: Console) -> None:
     """Print what matters; the JSON file has the rest."""
     console.print(_systematic(summary))
     console.print(
-        f"= the interval of the difference to {OURS} holds zero; ! {OURS} is worse", style="dim", markup=False
+        f"= the interval of the difference to {DEFAULT_MODEL} holds zero; ! {DEFAULT_MODEL} is worse",
+        style="dim",
+        markup=False,
     )
     console.print(_frames(summary))
     console.print(_table_2(summary))
@@ -64,7 +66,7 @@ def _frames(summary: Mapping[str, Any]) -> Table:
 
 def _table_2(summary: Mapping[str, Any]) -> Table:
     table = Table(
-        "no.", "published raw", "simulated raw", "published Z error", "two_stage", OURS,
+        "no.", "published raw", "simulated raw", "published Z error", PAPERS_MODEL, DEFAULT_MODEL,
         title="Table 2: published figures beside simulated trials, mean |e| ± spread in mm",
         title_justify="left",
     )  # fmt: skip
@@ -73,10 +75,11 @@ def _table_2(summary: Mapping[str, Any]) -> Table:
         table.add_row(
             str(row["no"]), f"{row['published_raw_mm']:.2f}",
             f"{row['raw_mm']:.2f} ± {row['raw_std_mm']:.2f}",
-            f"{row['published_z_mm']:.2f}", f"{row['two_stage_mm']:.2f} ± {row['two_stage_std_mm']:.2f}",
+            f"{row['published_z_mm']:.2f}",
+            f"{row[f'{PAPERS_MODEL}_mm']:.2f} ± {row[f'{PAPERS_MODEL}_std_mm']:.2f}",
             f"{row['corrected_mm']:.2f} ± {row['corrected_std_mm']:.2f}",
         )  # fmt: skip
-    means = [np.mean([row[key] for row in rows]) for key in ("raw_mm", "two_stage_mm", "corrected_mm")]
+    means = [np.mean([row[key] for row in rows]) for key in ("raw_mm", f"{PAPERS_MODEL}_mm", "corrected_mm")]
     table.add_section()
     table.add_row(
         "mean", f"{PUBLISHED_RAW:.3f}", f"{means[0]:.2f}", f"{PUBLISHED_CORRECTED:.3f}",

@@ -20,7 +20,7 @@ from bathbot_bringup.evaluation.safety.figure import save_figure
 from bathbot_bringup.evaluation.safety.summary import out_of_bounds, summarise
 from bathbot_bringup.evaluation.safety.table import markdown, print_matrix
 from bathbot_bringup.evaluation.safety.trial_result import TrialResult
-from bathbot_bringup.files import write_atomically, write_json
+from bathbot_bringup.files import write_file, write_json
 from bathbot_bringup.graph.processes import Child, Patience, ProcessGroup, node_environment
 
 _PATIENCE: Patience = ((signal.SIGINT, 20.0), (signal.SIGKILL, 2.0))  # a worker ends its own processes first
@@ -100,7 +100,7 @@ def evaluate_safety(settings: SafetyEvaluation, console: Console | None = None) 
     if settings.json_file:
         write_json(settings.json_file, summary | {"results": [trial._asdict() for trial in trials]})
     if settings.markdown_file:
-        write_atomically(settings.markdown_file, markdown(summary))
+        write_file(settings.markdown_file, markdown(summary))
     if settings.picture and trials:
         save_figure(settings.picture, trials)
     return 1 if out_of_bounds(summary) else 0

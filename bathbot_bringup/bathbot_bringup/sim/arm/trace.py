@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.files import write_atomically
+from bathbot_bringup.files import write_file
 from bathbot_bringup.sim.faults.fault_schedule import FaultEvent
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ class Trace:
         content = io.BytesIO()
         np.savez(content, **self.data()._asdict())
         try:
-            write_atomically(Path(path), content.getvalue())
+            write_file(Path(path), content.getvalue())
         except OSError as error:
             raise InputError(f"cannot write trace {path}: {error.strerror}; choose another path") from error
 

@@ -1,11 +1,12 @@
 """The state of a training run on disk, so that it can go on in a later sitting."""
 
 import copy
-import os
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import torch
+from bathbot_depthcorr.files import write_atomically
 from torch import Tensor
 
 from bathbot_perception.classes import SKIN_CLASSES
@@ -62,9 +63,9 @@ def save_run(path: Path, run: Run) -> None:
         "best": run.best,
         "classes": list(SKIN_CLASSES),
     }
-    partial = path.with_suffix(".part")
-    torch.save(state, partial)
-    os.replace(partial, path)
+    content = io.BytesIO()
+    torch.save(state, content)
+    write_atomically(path, content.getvalue())
 
 
 def read_state(path: Path) -> dict:
