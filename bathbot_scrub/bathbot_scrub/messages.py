@@ -3,17 +3,21 @@
 Surfaces and contact targets are read by `bathbot_localize.messages`, segments by `segment.messages`.
 """
 
+from functools import partial
+
 import numpy as np
+from bathbot_depthcorr.ros.image_decoding import stamp_seconds
 from bathbot_depthcorr.ros.pose_decoding import transform_from_pose
-from bathbot_localize.messages import poses_from_transforms
+from bathbot_localize.messages import poses_from_transforms, surface_from_cloud
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, PointCloud2
 
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets
 from bathbot_scrub.errors import NotReadyError
+from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
 from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_job import ArmReport, Outcome
@@ -33,6 +37,11 @@ def joints_from_state(message: JointState) -> Array:
         named, needed = ", ".join(message.name), ", ".join(JOINT_NAMES)
         raise NotReadyError(f"joint_states names {named}; needed are {needed}; is that of another arm?")
     return np.array([angles[name] for name in JOINT_NAMES])
+
+
+def sighting_from_cloud(message: PointCloud2) -> Sighting:
+    """A surface, or a body, not decoded yet."""
+    return Sighting(stamp_seconds(message.header.stamp), partial(surface_from_cloud, message))
 
 
 def targets_by_region(message: ContactTargets) -> dict[str, Array]:

@@ -56,6 +56,10 @@ class ArmReport(NamedTuple):
     distance_along: float
     path_done: bool
 
+    def segment_on(self, path_id: int) -> int:
+        """Index of the segment under the head on a path; 0 while it is on another."""
+        return self.segment_index if self.path_id == path_id else 0
+
 
 class Outcome(NamedTuple):
     """How a scrub ended.
@@ -71,6 +75,22 @@ class Outcome(NamedTuple):
     message: str
     segments: int
     length: float
+
+    @property
+    def broke_off(self) -> bool:
+        """Whether it ended while the arm scrubs on: it must not use up its queue."""
+        return self.segments > 0 and self.code in (Code.TARGET_LOST, Code.UNREACHABLE, Code.CANCELED)
+
+    @property
+    def harmless(self) -> bool:
+        """Whether it did not succeed for a reason that is no trouble: it was canceled, or asked too early."""
+        return self.code in (Code.CANCELED, Code.NOT_READY)
+
+    def told(self, region: str) -> str:
+        """How the scrub of a region ended, in one line."""
+        if self.code is Code.NONE:
+            return f"scrubbed {self.length:.2f} m of {region} in {self.segments} segments"
+        return f"{region}: {self.message}"
 
 
 class ScrubJob:
@@ -179,7 +199,7 @@ class ScrubJob:
 
     def _with_arm(self, arm: ArmReport | None) -> int:
         """Segments sent and not yet left behind: robust against reports older than the last segment."""
-        return self._sent - (arm.segment_index if arm is not None and arm.path_id == self.path_id else 0)
+        return self._sent - (0 if arm is None else arm.segment_on(self.path_id))
 
     def _at_end(self, planner: PathPlanner, arm: ArmReport | None) -> bool:
         if arm is None or arm.path_id != self.path_id or not self._sent:
@@ -205,6 +225,11 @@ class ScrubJob:
                 f"it is on path {arm.path_id}, segment {arm.segment_index} "
                 f"({arm.reason or 'no reason given'}); see the log of rm65_driver"
             )
+
+
+def refusal(error: BathbotError) -> Outcome:
+    """The outcome of a scrub that did not begin."""
+    return Outcome(code_of(error), str(error), 0, 0.0)
 
 
 def code_of(error: BathbotError) -> Code:

@@ -6,16 +6,15 @@ executor busy.
 """
 
 from dataclasses import replace
+from functools import partial
 
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
 from bathbot_depthcorr.ros.messages import stamp_seconds
 from bathbot_depthcorr.ros.pose_decoding import transform_from_pose
 from bathbot_localize.arm import clearance
-from bathbot_localize.messages import surface_from_cloud
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from numpy.typing import ArrayLike
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.qos import QoSProfile
@@ -24,21 +23,21 @@ from std_srvs.srv import Trigger
 
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
-from bathbot_scrub.before_contact import BeforeContact
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.messages import (
     joints_from_state,
     path_from_poses,
     report_from_arm,
     result_from_outcome,
+    sighting_from_cloud,
     targets_by_region,
 )
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.reach import Reach
-from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.force.force_limits import load_force_limits
-from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, code_of
+from bathbot_scrub.scrub_inputs import ScrubInputs
+from bathbot_scrub.scrub_job import Code, Outcome, ScrubJob, refusal
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segment.messages import message_from_segment
 from bathbot_scrub.segment.segment import Segment
@@ -63,20 +62,17 @@ class ScrubPlanner(StageNode):
 
     def start(self) -> None:
         """Listen to localiser and arm, and take goals."""
-        self._before = BeforeContact(self._settings.surface_max_age, self._settings.breath_window)
+        self._inputs = ScrubInputs(self._settings)
         self._job: ScrubJob | None = None
         self._outcomes: dict[bytes, Outcome] = {}  # of goals that have ended, by their id
-        self._head: PoseStamped | None = None
-        self._joints: JointState | None = None
-        self._body: PointCloud2 | None = None
         listen = self.create_subscription
-        self._inputs = [
+        self._subscriptions_made = [
             listen(ContactTargets, "contact_targets", self._on_targets, 10),
             listen(PointCloud2, "surface", self._on_surface, 5),
             listen(ArmState, "arm_state", self._on_arm, 10),
-            listen(PoseStamped, "tool_pose", lambda message: setattr(self, "_head", message), 1),
-            listen(PointCloud2, "body_cloud", lambda message: setattr(self, "_body", message), 1),
-            listen(JointState, "joint_states", lambda message: setattr(self, "_joints", message), 1),
+            listen(PoseStamped, "tool_pose", self._on_head, 1),
+            listen(PointCloud2, "body_cloud", self._on_body, 1),
+            listen(JointState, "joint_states", self._on_joints, 1),
         ]
         self._server = ActionServer(
             self, Scrub, "scrub", self._conclude, handle_accepted_callback=self._on_goal,
@@ -90,7 +86,7 @@ class ScrubPlanner(StageNode):
             self._job.cancel()
             self._job.join()
         self._server.destroy()
-        for subscription in self._inputs:
+        for subscription in self._subscriptions_made:
             self.destroy_subscription(subscription)
 
     def teardown(self) -> None:
@@ -100,79 +96,56 @@ class ScrubPlanner(StageNode):
         self.destroy_client(self._pause)
 
     def _on_targets(self, message: ContactTargets) -> None:
-        self._before.see_targets(targets_by_region(message), stamp_seconds(message.header.stamp))
+        self._inputs.before.see_targets(targets_by_region(message), stamp_seconds(message.header.stamp))
 
     def _on_surface(self, message: PointCloud2) -> None:
-        sighting = Sighting(stamp_seconds(message.header.stamp), lambda: surface_from_cloud(message))
-        self._before.see_surface(sighting)
+        sighting = sighting_from_cloud(message)
+        self._inputs.before.see_surface(sighting)
         if self._job is not None:
             self._job.see_surface(sighting)
 
+    def _on_body(self, message: PointCloud2) -> None:
+        self._inputs.see_body(sighting_from_cloud(message))
+
+    def _on_head(self, message: PoseStamped) -> None:
+        self._inputs.see_head(partial(transform_from_pose, message.pose))
+
+    def _on_joints(self, message: JointState) -> None:
+        self._inputs.see_joints(partial(joints_from_state, message))
+
     def _on_arm(self, message: ArmState) -> None:
         report = report_from_arm(message)
-        self._before.see_arm(report)
+        self._inputs.before.see_arm(report)
         if self._job is not None:
             self._job.see_arm(report)
 
     def _on_goal(self, goal: ServerGoalHandle) -> None:
         """Start a job, or end the goal at once with the reason."""
-        region, path_id = goal.request.region, self.get_clock().now().nanoseconds // 1_000_000 % 2**32
+        request = goal.request
         try:
             if self._job is not None:
                 raise NotReadyError("another path is being scrubbed; wait for its end or cancel it")
-            task = self._task(goal.request, path_id)
+            task = self._inputs.task(request.region, request.max_length, self._now())
         except BathbotError as error:
-            self._end(goal, Outcome(code_of(error), str(error), 0, 0.0))
+            self._end(goal, refusal(error))
             return
         self._job = ScrubJob(
-            path_id,
+            task.path_id,
             lambda: self._plan(task),
             lambda segment, seconds: self._send(goal, segment, seconds),
             lambda outcome: self._finish(goal, outcome),
             self._now,
             self._settings,
         )
-        self.get_logger().info(f"scrubbing {region}, path {path_id}")
-        self.report(OK, f"scrubbing {region}")
-        self._job.see_arm(self._before.arm)
+        self.get_logger().info(f"scrubbing {task.region}, path {task.path_id}")
+        self.report(OK, f"scrubbing {task.region}")
+        self._job.see_arm(self._inputs.before.arm)
         self._job.start()
-
-    def _task(self, request: Scrub.Goal, path_id: int) -> Task:
-        """What the goal shall be planned from.
-
-        Raises:
-            NotReadyError: The arm is not in contact or its posture is not known.
-            SurfaceError: No recent surface or target of the region.
-        """
-        sighting, target = self._before.recall(request.region, self._now())
-        if self._head is None or self._joints is None:
-            raise NotReadyError("no tool_pose or joint_states yet; is rm65_driver running?")
-        head, joints = transform_from_pose(self._head.pose), joints_from_state(self._joints)
-        surface, recent = sighting.decode(), self._before.recent
-        return Task(
-            surface, sighting.stamp, target, head, joints, request.max_length, recent, path_id, request.region
-        )
-
-    def _seen_body(self) -> ArrayLike:
-        """Points that links must keep off, shape (..., 3) [m]; none where no localiser ever told any.
-
-        Raises:
-            NotReadyError: They were seen too long ago.
-        """
-        if self._body is None:
-            return ()
-        age = self._now() - stamp_seconds(self._body.header.stamp)
-        if age > self._settings.body_max_age:
-            raise NotReadyError(
-                f"the body was last seen {age:.1f} s ago, allowed are {self._settings.body_max_age} s "
-                "(body_max_age); is target_localizer up?"
-            )
-        return surface_from_cloud(self._body)
 
     def _plan(self, task: Task) -> PathPlanner:
         """Choose the path, pressed in as is comfortable there, and show it; in the job's thread."""
         pressed = self._limits.comfortable(task.region, self._settings.compression)
-        body = self._seen_body()
+        body = self._inputs.body(self._now())
         planner = PathPlanner(
             task,
             replace(self._settings, compression=pressed),
@@ -185,14 +158,14 @@ class ScrubPlanner(StageNode):
 
     def _send(self, goal: ServerGoalHandle, segment: Segment, seconds: float) -> None:
         self._segments.publish(message_from_segment(segment))
-        under_head = self._before.arm.segment_index if self._before.arm.path_id == segment.path_id else 0
+        under_head = self._inputs.before.arm.segment_on(segment.path_id)
         goal.publish_feedback(Scrub.Feedback(
             segment_index=under_head, fraction=self._planner.fraction, planning_time=seconds))  # fmt: skip
         self.report(OK, f"scrubbing {goal.request.region}", segment=segment.index, planning_ms=1e3 * seconds)
 
     def _finish(self, goal: ServerGoalHandle, outcome: Outcome) -> None:
         """End the job; in its thread. Where it broke off in contact the arm must not use up its queue."""
-        if outcome.segments and outcome.code in (Code.TARGET_LOST, Code.UNREACHABLE, Code.CANCELED):
+        if outcome.broke_off:
             if self._pause.service_is_ready():
                 self._pause.call_async(Trigger.Request())
             else:
@@ -217,13 +190,13 @@ class ScrubPlanner(StageNode):
         return result_from_outcome(outcome)
 
     def _tell(self, region: str, outcome: Outcome) -> None:
-        if outcome.code == Code.NONE:
-            level, text = OK, f"scrubbed {outcome.length:.2f} m of {region} in {outcome.segments} segments"
-            self.get_logger().info(text)
+        text, log = outcome.told(region), self.get_logger()
+        if outcome.code is Code.NONE:
+            level = OK
+            log.info(text)
         else:
-            level = WARN if outcome.code in (Code.CANCELED, Code.NOT_READY) else ERROR
-            text = f"{region}: {outcome.message}"
-            self.get_logger().error(text)
+            level = WARN if outcome.harmless else ERROR
+            log.error(text)
         self.report(level, text)
 
     def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:

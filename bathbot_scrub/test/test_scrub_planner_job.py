@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import pytest
-from bathbot_scrub.errors import SurfaceError
+from bathbot_scrub.errors import NotReadyError, SurfaceError
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.scrub_job import ArmReport, Code, ScrubJob
+from bathbot_scrub.scrub_job import ArmReport, Code, Outcome, ScrubJob, refusal
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from synthetic_skin import cylinder, plane, target
 
@@ -155,3 +155,23 @@ def test_a_fault_in_planning_ends_the_job_too():
     outcome = Rig(plan=plan).end()
     assert outcome.code == Code.TARGET_LOST
     assert "ZeroDivisionError: by nought" in outcome.message
+
+
+@pytest.mark.parametrize(("code", "segments", "pauses"), [
+    (Code.TARGET_LOST, 4, True), (Code.UNREACHABLE, 1, True), (Code.CANCELED, 3, True),
+    (Code.CANCELED, 0, False), (Code.NONE, 9, False), (Code.FORCE_LIMIT, 4, False),
+    (Code.ARM_STOPPED, 4, False),
+])  # fmt: skip
+def test_the_arm_is_paused_where_it_would_scrub_on_alone(code, segments, pauses):
+    assert Outcome(code, "", segments, 0.1).broke_off is pauses
+
+
+def test_an_end_is_told_in_one_line():
+    assert Outcome(Code.NONE, "", 7, 0.412).told("Foot_skin") == "scrubbed 0.41 m of Foot_skin in 7 segments"
+    assert Outcome(Code.CANCELED, "canceled", 2, 0.1).told("Foot_skin") == "Foot_skin: canceled"
+    assert Outcome(Code.CANCELED, "", 2, 0.1).harmless
+    assert not Outcome(Code.TARGET_LOST, "", 2, 0.1).harmless
+
+
+def test_what_refuses_a_scrub_is_its_outcome():
+    assert refusal(NotReadyError("no arm_state yet")) == (Code.NOT_READY, "no arm_state yet", 0, 0.0)

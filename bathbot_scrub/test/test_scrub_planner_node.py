@@ -120,9 +120,15 @@ class Session:
 
     def touch(self):
         """Show the skin to the planner while the arm is free, then be in contact."""
-        self.until(lambda: self.planner._before._surface is not None and self.planner._before._targets)
+        self.until(
+            lambda: self.planner._inputs.before._surface is not None and self.planner._inputs.before._targets
+        )
         self.world.mode = ArmState.CONTACT
-        self.until(lambda: self.planner._before.arm.state == ArmState.CONTACT and self.planner._joints)
+        self.until(
+            lambda: (
+                self.planner._inputs.before.arm.state == ArmState.CONTACT and self.planner._inputs.knows_arm
+            )
+        )
 
     def send(self, region="Trunk_skin", max_length=0.0):
         assert self.world.scrub.wait_for_server(10.0)
@@ -156,7 +162,7 @@ def session():
 
 
 def test_goal_without_contact_is_refused_in_words(session):
-    session.until(lambda: session.planner._before._report is not None)
+    session.until(lambda: session.planner._inputs.before._report is not None)
     result = session.result(session.send())
     assert result.error_code == Scrub.Result.NOT_READY
     assert "not in CONTACT" in result.error_msg
@@ -201,7 +207,7 @@ def test_with_a_body_of_long_ago_no_path_is_chosen(session):
     bodies = session.world.create_publisher(PointCloud2, "body_cloud", 1)
     session.until(lambda: bodies.get_subscription_count() > 0)
     bodies.publish(cloud_from_surface(cylinder(), header))
-    session.until(lambda: session.planner._body is not None)
+    session.until(lambda: session.planner._inputs.knows_body)
     result = session.result(session.send())
     assert result.error_code == Scrub.Result.NOT_READY
     assert "the body was last seen" in result.error_msg
