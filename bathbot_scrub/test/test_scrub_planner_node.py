@@ -120,15 +120,10 @@ class Session:
 
     def touch(self):
         """Show the skin to the planner while the arm is free, then be in contact."""
-        self.until(
-            lambda: self.planner._inputs.before._surface is not None and self.planner._inputs.before._targets
-        )
+        inputs = self.planner._inputs
+        self.until(lambda: inputs.before._surface is not None and inputs.before._targets)
         self.world.mode = ArmState.CONTACT
-        self.until(
-            lambda: (
-                self.planner._inputs.before.arm.state == ArmState.CONTACT and self.planner._inputs.knows_arm
-            )
-        )
+        self.until(lambda: inputs.before.arm.state == ArmState.CONTACT and inputs.knows_arm)
 
     def send(self, region="Trunk_skin", max_length=0.0):
         assert self.world.scrub.wait_for_server(10.0)
