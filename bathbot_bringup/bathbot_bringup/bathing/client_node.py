@@ -4,29 +4,25 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from bathbot_depthcorr.ros.messages import stamp_seconds
-from bathbot_localize.messages import pose_from_transform, targets_from_contact
+from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.guard.states import State
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.action import ActionClient
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.bathing import steps
+from bathbot_bringup.bathing.finder_node import RegionFinder
 from bathbot_bringup.bathing.steps import Sighting, Step
 from bathbot_bringup.errors import StepError
+from bathbot_bringup.graph.action_node import GraphAction
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_msgs.action import Approach, Scrub
-from bathbot_msgs.msg import ArmState, ContactTargets
-from bathbot_msgs.srv import SelectRegion
+from bathbot_msgs.msg import ArmState
 
 Progress = Callable[[float, str], None]
-_AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
 _LATE_REPORTS = 0.2  # [s]
 _SETTLING = 3.0  # [s] within which the planner must have heard of the contact
 
 
-class Bather:
+class Bather(RegionFinder):
     """Does the steps of the job one after the other; each raises `StepError` with a reason."""
 
     def __init__(self, client: GraphClient, region: str) -> None:
@@ -36,20 +32,13 @@ class Bather:
             client: Has joined the graph.
             region: Full name, such as `Trunk_skin`.
         """
-        self._client, self._region = client, region
-        node: Node = client.node
+        super().__init__(client, region)
         self.arm = ArmState()
-        self.sightings: list[Sighting] = []
-        self.complaints: dict[str, str] = {}
-        self._regions_seen: set[str] = set()
-        self._approach = client.action(Approach, "approach")
-        self._scrub = client.action(Scrub, "scrub")
-        client.service(SelectRegion, "select_region")
+        self._approach = GraphAction(client, Approach, "approach")
+        self._scrub = GraphAction(client, Scrub, "scrub")
         for service in ("arm/stop", "arm/retract", "arm/home"):
             client.service(Trigger, service)
-        node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
-        node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
-        node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
+        client.node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
 
     def connect(self) -> None:
         """Wait until the driver hears its controller."""
@@ -59,33 +48,6 @@ class Bather:
             reason = self.arm.reason or "the driver hears no controller"
             silent = "no arm_state is published; is rm65_driver running?"
             raise StepError(step.name, reason if heard else silent)
-
-    def select(self) -> None:
-        """Tell the localiser which region is wanted."""
-        step = steps.SELECT
-        request = SelectRegion.Request(region=self._region)
-        response = self._client.call(
-            step.name, SelectRegion, "select_region", request, step.timeout, attempts=3
-        )
-        if response.error_code != SelectRegion.Response.NONE:
-            raise StepError(step.name, response.error_msg)
-
-    def look(self) -> Sighting:
-        """Gather targets while the arm is out of the way, until the newest agree."""
-        step = steps.LOOK
-        self.sightings.clear()
-        if not self._client.spin_until(
-            lambda: steps.settled(self.sightings, _AGREEING, _SPREAD), step.timeout
-        ):
-            raise StepError(step.name, self._why("target_localizer", self._what_was_seen()))
-        return self.sightings[-1]
-
-    def gather(self, count: int, timeout: float) -> list[Sighting]:
-        """Wait for so many contact targets, whether they agree or not; `timeout` in [s]."""
-        self.sightings.clear()
-        if not self._client.spin_until(lambda: len(self.sightings) >= count, timeout):
-            raise StepError(steps.LOOK.name, self._why("target_localizer", self._what_was_seen()))
-        return self.sightings[:count]
 
     def approach(self, sighting: Sighting, progress: Progress) -> Approach.Result:
         """Move to the target until skin is felt."""
@@ -150,48 +112,14 @@ class Bather:
         self._client.watch = lambda: None
         self._client.trigger("stop", "arm/stop", 2.0)
 
-    def _outcome(self, step: Step, action: ActionClient, goal: Any, show: Callable[[Any], None]) -> Any:
-        """Send a goal and wait for its result; a goal that takes too long is cancelled."""
-        spin = self._client.spin_until
-        if not spin(action.server_is_ready, 5.0):
-            raise StepError(step.name, "nobody offers this action; is its node running?")
-        sent = action.send_goal_async(goal, feedback_callback=lambda message: show(message.feedback))
-        if not spin(sent.done, 5.0) or not sent.result().accepted:
-            raise StepError(step.name, self._why("rm65_driver", "the goal was not accepted"))
-        result = sent.result().get_result_async()
-        if not spin(result.done, step.timeout):
-            spin(sent.result().cancel_goal_async().done, 2.0)
-            raise StepError(
-                step.name, f"not finished within {step.timeout:.0f} s; {self.arm.reason or 'no reason known'}"
-            )
-        return result.result().result
+    def _outcome(self, step: Step, action: GraphAction, goal: Any, show: Callable[[Any], None]) -> Any:
+        """Send a goal and wait for its result."""
+        refused = "the goal was not accepted"
+        sent = action.send(step.name, goal, show, lambda: self._why("rm65_driver", refused))
+        return action.wait(step.name, sent, step.timeout, lambda: self.arm.reason or "no reason known")
 
     def _on_arm(self, message: ArmState) -> None:
         self.arm = message
-
-    def _on_targets(self, message: ContactTargets) -> None:
-        targets = targets_from_contact(message)
-        self._regions_seen |= {target.region for target in targets}
-        wanted = [target for target in targets if target.region == self._region]
-        if wanted:
-            best = max(wanted, key=lambda target: target.score)
-            self.sightings.append(Sighting(stamp_seconds(message.header.stamp), best))
-
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            self.complaints[status.name] = status.message if status.level else ""
-
-    def _why(self, node: str, otherwise: str) -> str:
-        said = self.complaints.get(node, "")
-        return f"{otherwise}; {node} says: {said}" if said else otherwise
-
-    def _what_was_seen(self) -> str:
-        if self.sightings:
-            return (
-                f"{len(self.sightings)} targets of {self._region} do not agree within {1000 * _SPREAD:.0f} mm"
-            )
-        others = ", ".join(sorted(self._regions_seen)) or "no region at all"
-        return f"no contact target of {self._region} was found, but {others}"
 
 
 def _demand_success(step: Step, outcome: Any) -> Any:

@@ -14,6 +14,7 @@ from bathbot_bringup.bench.stroke_node import StrokeRepeater
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph.isolation import free_ports
 from bathbot_bringup.graph.running import running
+from bathbot_bringup.sim.arm.sim_client_node import SimClient
 from bathbot_bringup.sim.arm.trace import TraceData, load_trace
 
 PERIOD = 0.01  # [s] of the stream
@@ -81,11 +82,12 @@ def watch_arm(seconds: float, folder: Path, progress: Callable[[float], object])
     with running(nodes, folder, "bathbot_bench", _START) as graph:
         client = graph.client
         repeater, bather = StrokeRepeater(client), Bather(client, settings.region)
+        sim = SimClient(client)
         bather.connect()
         bather.home()
         bather.select()
         bather.approach(bather.look(), lambda share, detail: None)
-        repeater.begin_trace()
+        sim.begin_trace()
         before, begun = counted(repeater), time.monotonic()
         bather.scrub(_ONCE, lambda share, detail: progress((time.monotonic() - begun) / seconds))
 
@@ -96,7 +98,7 @@ def watch_arm(seconds: float, folder: Path, progress: Callable[[float], object])
 
         client.spin_until(over, seconds + 60.0)
         trace = folder / "bench.npz"
-        repeater.write_trace(trace)
+        sim.write_trace(trace)
         errors, missed = np.subtract(counted(repeater), before)
         bather.retract()
     return regularity(load_trace(trace), int(errors), int(missed))

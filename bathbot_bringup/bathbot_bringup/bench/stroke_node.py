@@ -1,19 +1,16 @@
 """Washes the planner's path to and fro, for as long as the bench needs the arm to stream."""
 
 import copy
-from pathlib import Path
 
 from bathbot_scrub.rm65.guard.states import State
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
-from std_msgs.msg import String
 
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_msgs.msg import ArmState, ScrubSegment
 
 _AHEAD = 3  # segments with the arm, as scrub_planner keeps them
-_TRACE = 10.0  # [s]
 
 
 class StrokeRepeater:
@@ -32,7 +29,6 @@ class StrokeRepeater:
         self._arm = ArmState()
         self.diagnostics: dict[str, dict[str, str]] = {}
         self._segments = node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
-        self._trace = node.create_publisher(String, "sim_trace", 10)
         node.create_subscription(ScrubSegment, "scrub_segments", self._on_segment, QoSProfile(depth=50))
         node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
@@ -67,20 +63,6 @@ class StrokeRepeater:
             turned.poses = list(reversed(segment.poses))
             way_back.append(turned)
         self._path, self._sent = way_back, 0
-
-    def begin_trace(self) -> None:
-        """Have the emulator forget what it recorded so far."""
-        self._trace.publish(String(data=""))
-
-    def write_trace(self, path: Path) -> None:
-        """Have the emulator write its trace and wait for it.
-
-        Raises:
-            StepError: When it does not come.
-        """
-        self._trace.publish(String(data=str(path)))
-        if not self._client.spin_until(path.is_file, _TRACE):
-            raise StepError("trace", "sim_rm65 did not write its trace")
 
     def _on_segment(self, message: ScrubSegment) -> None:
         if not self._path:

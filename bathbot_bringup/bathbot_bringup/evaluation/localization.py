@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bathbot_bringup.bathing.client_node import Bather
+from bathbot_bringup.bathing.finder_node import RegionFinder
 from bathbot_bringup.bathing.nodes import SEEING, demo_nodes
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.errors import BringupError
@@ -41,9 +41,9 @@ def locate(settings: DemoSettings, count: int, folder: Path) -> np.ndarray:
     nodes = demo_nodes(settings, epoch, free_ports(), folder / "unused.mcap")
     seeing = {name: parameters for name, parameters in nodes.items() if name in SEEING}
     with running(seeing, folder, "bathbot_evaluate") as graph:
-        bather = Bather(graph.client, settings.region)
-        bather.select()
-        sightings = bather.gather(count, _LOOK)
+        finder = RegionFinder(graph.client, settings.region)
+        finder.select()
+        sightings = finder.gather(count, _LOOK)
     truth = Truth(settings, epoch)
     return np.array([truth.target_error(seen_target(sighting)) for sighting in sightings])
 

@@ -3,13 +3,12 @@
 import os
 import time
 from collections.abc import Callable
-from types import TracebackType
+from contextlib import ExitStack
 from typing import Any
 
 import rclpy
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from lifecycle_msgs.srv import GetState
-from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -35,34 +34,25 @@ class GraphClient:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._clients: dict[str, Client] = {}
-        self._actions: list[ActionClient] = []
+        self._ends = ExitStack()
         self.watch: Callable[[], None] = lambda: None
 
     def __enter__(self) -> "GraphClient":
         """Begin."""
         return self
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         """Leave the graph in order, and entirely: what stays behind would hold up the end of the process."""
         self._executor.shutdown()
-        for action in self._actions:  # a node does not destroy these itself
-            action.destroy()
-        self._actions.clear()
+        self._ends.close()
         self._clients.clear()
         self.node.destroy_node()
         rclpy.try_shutdown()
 
     def spin_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Serve callbacks until the condition holds.
+        """Serve callbacks until the condition holds; tell whether it did within `timeout` [s].
 
         `watch` is called all the while; what it raises ends the wait.
-
-        Args:
-            condition: Asked after each round of callbacks.
-            timeout: [s].
-
-        Returns:
-            Whether the condition held in time.
         """
         deadline = time.monotonic() + timeout
         forget_interruption()
@@ -79,10 +69,9 @@ class GraphClient:
         with held_back():
             self._executor.spin_once(timeout_sec=_TICK)
 
-    def action(self, kind: type, name: str) -> ActionClient:
-        """Make a client of an action; it ends with this one."""
-        self._actions.append(ActionClient(self.node, kind, name))
-        return self._actions[-1]
+    def at_end(self, end: Callable[[], None]) -> None:
+        """Call `end` when this client leaves: for what a node does not destroy itself."""
+        self._ends.callback(end)
 
     def service(self, kind: type, name: str) -> Client:
         """Make a client of a service, or give the one made before; it ends with this one.
@@ -101,8 +90,7 @@ class GraphClient:
             self._serve()
             return False
         future = client.call_async(GetState.Request())
-        answered = self.spin_until(future.done, 2.0)
-        return answered and future.result().current_state.label == "active"
+        return self.spin_until(future.done, 2.0) and future.result().current_state.label == "active"
 
     def call(
         self, step: str, kind: type, service: str, request: Any, timeout: float, attempts: int = 1

@@ -94,7 +94,7 @@ def _ordered(strike: Ordered, run: TrialRun, plan: TrialPlan) -> Struck:
     if math.isfinite(plan.value):
         fault["value"] = plan.value
     stamp = time.monotonic()
-    run.operator.order(fault)
+    run.operator.sim.order(fault)
     run.play(max(strike.duration + 0.5, WATCH))
     return Struck(stamp, strike.kind)
 
@@ -104,7 +104,7 @@ def _jammed(strike: Jammed, run: TrialRun, plan: TrialPlan) -> Struck:
     run.bring_about()
     kind, stamp = "following_error", time.monotonic()
     joint = run.operator.fastest_joint()
-    run.operator.order({"kind": kind, "after": plan.offset, "duration": strike.duration, "value": joint})
+    run.operator.sim.order({"kind": kind, "after": plan.offset, "duration": strike.duration, "value": joint})
     run.play(WATCH)
     return Struck(stamp, kind)
 

@@ -1,9 +1,6 @@
 """The operator of the fault matrix on the graph: asks for approaches, plays the planner, orders faults."""
 
-import json
 import time
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,20 +11,21 @@ from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.evaluation.safety.fault_table import REGION
 from bathbot_bringup.evaluation.safety.measures import Report
 from bathbot_bringup.evaluation.safety.trial.stroke_player import Progress
+from bathbot_bringup.graph.action_node import GraphAction
 from bathbot_bringup.graph.client_node import GraphClient
+from bathbot_bringup.sim.arm.sim_client_node import SimClient
 from bathbot_msgs.action import Approach, Scrub
 from bathbot_msgs.msg import ArmState, ScrubSegment
 
 Array = NDArray[np.float64]
 _SERVICES = ("stop", "resume", "retract", "home")
-_ANSWER, _TRACE = 3.0, 5.0  # [s]
+_ANSWER = 3.0  # [s]
 
 
 class LastPose(NamedTuple):
@@ -42,6 +40,7 @@ class Operator:
     """Talks to the arm of one graph.
 
     Attributes:
+        sim: Talks to the simulated arm.
         reports: What the driver said, since `forget`.
         head: Newest position of the head [m], shape (3,), and when it was heard [s].
         last_pose: End of the newest good segment on the topic, whoever sent it; None before the first.
@@ -55,13 +54,12 @@ class Operator:
         self.head: tuple[Array, float] = (np.full(3, np.nan), 0.0)
         self.last_pose: LastPose | None = None
         self._joints: tuple[Array, Array] = (np.zeros(6), np.zeros(6))  # [rad], the newest two
-        self._approach = client.action(Approach, "approach")
-        self._scrub = client.action(Scrub, "scrub")
+        self.sim = SimClient(client)
+        self._approach = GraphAction(client, Approach, "approach", _ANSWER)
+        self._scrub = GraphAction(client, Scrub, "scrub", _ANSWER)
         for name in _SERVICES:
             client.service(Trigger, f"arm/{name}")
         self._segments = node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
-        self._fault = node.create_publisher(String, "sim_fault", 10)
-        self._trace = node.create_publisher(String, "sim_trace", 10)
         node.create_subscription(ArmState, "arm_state", self._on_arm, 50)
         node.create_subscription(PoseStamped, "tool_pose", self._on_pose, 10)
         node.create_subscription(JointState, "joint_states", self._on_joints, 10)
@@ -76,10 +74,9 @@ class Operator:
         node = self.client.node
 
         def ready() -> bool:
-            others = {"sim_fault": 1, "sim_trace": 1, "scrub_segments": 2}  # our own ears included
-            matched = all(node.count_subscribers(topic) >= count for topic, count in others.items())
+            matched = self.sim.heard and node.count_subscribers("scrub_segments") > 1  # not only by us
             connected = bool(self.reports) and self.reports[-1].connected
-            return matched and connected and self._approach.server_is_ready()
+            return matched and connected and self._approach.offered
 
         if not self.client.spin_until(ready, timeout):
             raise StepError(
@@ -100,7 +97,7 @@ class Operator:
         """Begin a trial: keep the newest report only, and have the trace begin anew."""
         del self.reports[:-1]
         self.last_pose = None
-        self._trace.publish(String(data=""))
+        self.sim.begin_trace()
 
     def approach(self, T_base_target: Array, standoff: float) -> Any:
         """Send the goal; gives the future of its result.
@@ -112,10 +109,7 @@ class Operator:
         goal.target.header.frame_id = "base_link"
         goal.target.header.stamp = self.client.node.get_clock().now().to_msg()
         goal.target.pose = pose_from_transform(T_base_target)
-        sent = self._approach.send_goal_async(goal)
-        if not self.client.spin_until(sent.done, _ANSWER) or not sent.result().accepted:
-            raise StepError("approach", "the goal was not accepted")
-        return sent.result().get_result_async()
+        return self._approach.send("approach", goal).get_result_async()
 
     def planners(self) -> int:
         """How many nodes may send segments, this one included."""
@@ -127,10 +121,7 @@ class Operator:
         Raises:
             StepError: When nobody takes the goal.
         """
-        ready = self.client.spin_until(self._scrub.server_is_ready, _ANSWER)
-        sent = self._scrub.send_goal_async(Scrub.Goal(region=REGION))
-        if not (ready and self.client.spin_until(sent.done, _ANSWER) and sent.result().accepted):
-            raise StepError("scrub", "the goal was not accepted")
+        self._scrub.send("scrub", Scrub.Goal(region=REGION))
 
     def ask(self, name: str) -> str:
         """Call a service of the arm; gives the reason when it refuses, empty when it does it."""
@@ -144,20 +135,6 @@ class Operator:
         """Publish a segment."""
         now = self.client.node.get_clock().now().nanoseconds * 1e-9
         self._segments.publish(message_from_segment(segment._replace(stamp=now)))
-
-    def order(self, fault: Mapping[str, float | str]) -> None:
-        """Order a fault of the emulated controller."""
-        self._fault.publish(String(data=json.dumps(fault)))  # JSON is YAML
-
-    def write_trace(self, path: Path) -> None:
-        """Have the trace written and wait for it.
-
-        Raises:
-            StepError: When it does not come.
-        """
-        self._trace.publish(String(data=str(path)))
-        if not self.client.spin_until(path.is_file, _TRACE):
-            raise StepError("trace", "sim_rm65 did not write its trace")
 
     def _on_arm(self, message: ArmState) -> None:
         self.reports.append(Report(time.monotonic(), message.state, message.reason, message.connected))

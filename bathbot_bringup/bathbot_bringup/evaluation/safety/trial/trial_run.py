@@ -166,7 +166,7 @@ class TrialRun:
 
     def record(self, path: Path) -> None:
         """Have the trace written."""
-        self.operator.write_trace(path)
+        self.operator.sim.write_trace(path)
 
     def recover(self) -> None:
         """Mend what was broken and bring the arm off the skin.
@@ -175,7 +175,7 @@ class TrialRun:
             SpoiltTrialError: When it does not come.
         """
         operator, deadline = self.operator, time.monotonic() + _RECOVERY
-        operator.order({"kind": "none"})
+        operator.sim.order({"kind": "none"})
         self.graph.mend()
         refusal = ""
         while time.monotonic() < deadline:
