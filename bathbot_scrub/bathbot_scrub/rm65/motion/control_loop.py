@@ -32,7 +32,7 @@ from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import Retract, RetractPath
 from bathbot_scrub.rm65.settings import DriverSettings
-from bathbot_scrub.rm65.timing.beat import Beat, Pulse, SteadyThread
+from bathbot_scrub.rm65.timing.beat import Beat, SteadyThread, Stopwatch
 from bathbot_scrub.rm65.timing.stream_statistics import CommandLog
 
 Array = NDArray[np.float64]
@@ -71,7 +71,7 @@ class ControlLoop:
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
         self._retract_path = RetractPath(planner, Retract(settings.retract_distance, settings.retract_speed))
         self.motion = CommandedMotion(self._retract_path, self._period)
-        self._idle_contact, self._rest, self._pulse = IdleContact(), 0.0, Pulse()
+        self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch()
         self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
 
     def resume(self) -> None:
@@ -163,7 +163,7 @@ class ControlLoop:
 
     def _note_pause(self) -> None:
         """Where this process was held up, the controller may have brought the arm to rest; or worse."""
-        stood = self._pulse.beat()
+        stood = self._stopwatch.lap()
         if stood > _STOOD:
             self.motion.begin_anew()
         if stood > self._stale_after and self.guard.engaged:

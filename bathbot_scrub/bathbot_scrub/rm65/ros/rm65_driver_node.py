@@ -22,7 +22,6 @@ from bathbot_msgs.msg import ArmState, ScrubSegment
 from bathbot_scrub.rm65.arm.urdf import urdf
 from bathbot_scrub.rm65.driver import ArmDriver, Snapshot
 from bathbot_scrub.rm65.errors import ArmError, ArmSettingsError
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.approach import Touch
 from bathbot_scrub.rm65.ros.messages import (
     body_from_cloud,
@@ -31,7 +30,7 @@ from bathbot_scrub.rm65.ros.messages import (
     pose_stamped,
     request_from_goal,
 )
-from bathbot_scrub.rm65.ros.telemetry import Publishers, Telemetry, diagnostic_values, warning
+from bathbot_scrub.rm65.ros.telemetry import Publishers, Telemetry, diagnostic_values, health
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.rm65.timing.beat import Ticker
 from bathbot_scrub.rm65.timing.priority import prefer_process
@@ -61,7 +60,8 @@ class Rm65Driver(StageNode):
     def start(self) -> None:
         """Connect, and offer what the arm can do."""
         self._driver = driver = ArmDriver(self._settings, self._warn)
-        self._telemetry, self._refused, self._told_priority = Telemetry(driver, self._outputs), "", False
+        self._telemetry, self._refused = Telemetry(driver, self._outputs), ""
+        self.get_logger().info(f"control loop runs at {driver.loop.thread.priority}")
         calls = {
             "stop": driver.stop,
             "pause": driver.pause,
@@ -200,15 +200,9 @@ class Rm65Driver(StageNode):
             self._report(snapshot)
 
     def _report(self, snapshot: Snapshot) -> None:
-        priority = self._driver.loop.thread.priority
-        if priority and not self._told_priority:
-            self._told_priority = True
-            self.get_logger().info(f"control loop runs at {priority}")
-        healthy = snapshot.connected and snapshot.state is not State.FAULT
-        doubt = self._refused or warning(self._driver, snapshot)
-        level = (WARN if doubt else OK) if healthy else ERROR
-        message = self._refused or snapshot.reason or doubt or snapshot.state.name
-        self.report(level, message, **diagnostic_values(self._driver, snapshot))
+        found = health(self._driver, snapshot, self._refused)
+        level = ERROR if not found.sound else WARN if found.doubtful else OK
+        self.report(level, found.message, **diagnostic_values(self._driver, snapshot))
 
 
 def vendor_topics(node: Rm65Driver, driver: ArmDriver) -> Any:

@@ -94,6 +94,21 @@ def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
+class Health(NamedTuple):
+    """How the driver does, for its diagnostic."""
+
+    sound: bool  # in touch with the controller, and in no FAULT
+    doubtful: bool  # there is something that does not stop the arm but that a person should know
+    message: str
+
+
+def health(driver: ArmDriver, snapshot: Snapshot, refused: str) -> Health:
+    """Sum up; `refused` says why the newest segment was not taken, empty when it was."""
+    sound = snapshot.connected and snapshot.state is not State.FAULT
+    doubt = refused or warning(driver, snapshot)
+    return Health(sound, bool(doubt), refused or snapshot.reason or doubt or snapshot.state.name)
+
+
 def comfort_word(driver: ArmDriver, snapshot: Snapshot) -> str:
     """What the comfort band says of the force while the head scrubs; empty when nothing."""
     guard = driver.loop.guard

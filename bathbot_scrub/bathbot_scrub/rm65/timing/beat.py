@@ -1,7 +1,7 @@
 """Keeping time: a beat that does not drift, and threads that work on it.
 
-`Beat` says when the next is due and `Pulse` for how long its owner was held up; `Ticker` calls at a steady
-rate; `SteadyThread` works on a beat, and at once whenever something new has come.
+`Beat` says when the next is due and `Stopwatch` for how long its owner was held up; `Ticker` calls at a
+steady rate; `SteadyThread` works on a beat, and at once whenever something new has come.
 """
 
 import signal
@@ -37,14 +37,14 @@ class Beat:
         self._due = min(self._due, max(due, time.monotonic()))
 
 
-class Pulse:
+class Stopwatch:
     """Tells its owner how long it has stood still."""
 
     def __init__(self) -> None:
         """Begin now."""
         self._last = time.monotonic()
 
-    def beat(self) -> float:
+    def lap(self) -> float:
         """Time since the last call, or since the beginning [s]."""
         now = time.monotonic()
         since, self._last = now - self._last, now
@@ -99,12 +99,13 @@ class SteadyThread:
         """
         self.priority = ""  # what the thread has, in words
         self._period, self._work, self._fail = period, work, fail
-        self._news, self._open = threading.Event(), True
+        self._news, self._begun, self._open = threading.Event(), threading.Event(), True
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
-        """Begin to beat."""
+        """Begin to beat; when this returns, `priority` is known."""
         self._thread.start()
+        self._begun.wait()
 
     def wake(self) -> None:
         """Something new has come: work now."""
@@ -119,6 +120,7 @@ class SteadyThread:
 
     def _run(self) -> None:
         self.priority = raise_priority()
+        self._begun.set()
         beat = Beat(self._period)
         while self._open:
             self._news.wait(beat.left())
