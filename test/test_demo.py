@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from rosbags.highlevel import AnyReader
 
+pytestmark = pytest.mark.graph
+
 DEMO = [sys.executable, "-m", "bathbot_bringup.command.cli", "demo"]
 
 

@@ -6,6 +6,8 @@ import sys
 import pytest
 from test_settings import NODES
 
+pytestmark = pytest.mark.graph
+
 BAD_FILES = [
     ("skin_detector", "model:=nowhere.onnx"),
     ("depth_corrector", "calibration:=nowhere.npz"),

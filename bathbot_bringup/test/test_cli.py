@@ -132,6 +132,7 @@ def test_a_result_that_cannot_be_written(capsys, tmp_path):
     assert "is a file" in complaint(capsys, "demo", "--out", tmp_path / "file")
 
 
+@pytest.mark.graph
 def test_mistakes_leave_no_traceback_in_a_real_process():
     outcome = subprocess.run(
         [sys.executable, "-m", "bathbot_bringup.command.cli", "demo", "--region", "nose"],

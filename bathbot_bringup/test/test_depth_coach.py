@@ -76,11 +76,9 @@ def test_enter_calibrates_with_enough_views(monkeypatch, count):
     with os.fdopen(line) as stdin, os.fdopen(keyboard, "w") as keys:
         monkeypatch.setattr(sys, "stdin", stdin)
         gathering = Gathering(views, screen)
-        gathering.work()
         assert not gathering.done()
         keys.write("\n")
         keys.flush()
-        monkeypatch.setattr(gathering, "_next_glance", 0.0)
         gathering.work()
     assert gathering.done() == (count == 10)
     assert screen.state.present == poses[0]
@@ -93,6 +91,7 @@ def test_a_bag_or_a_camera_is_given(tmp_path, live, source):
         Job(source, live, "camera", Chessboard(), "identity", tmp_path / "x.npz", None, None)
 
 
+@pytest.mark.graph
 def test_a_silent_camera_is_named(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain(os.getpid(), used_ports())))
     with pytest.raises(InputError, match=r"nothing on /nobody/color/camera_info, .* within 0 s; is"):
@@ -117,6 +116,7 @@ def camera(environment):
     process.wait(20.0)
 
 
+@pytest.mark.graph
 def test_a_camera_is_calibrated_live(camera, environment, tmp_path):
     """Poses are taken as they come; Ctrl-C with enough of them calibrates as from a bag."""
     options = ["--out", "unit.npz", "--views", "views", "--json", "report.json"]

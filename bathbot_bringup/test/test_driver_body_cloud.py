@@ -13,6 +13,8 @@ from std_msgs.msg import Header, String
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState
 
+pytestmark = pytest.mark.graph
+
 
 class BodyProbe(Probe):
     """Shows the driver a cloud."""

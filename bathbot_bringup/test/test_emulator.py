@@ -17,6 +17,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+pytestmark = pytest.mark.graph
+
 
 def until(condition, timeout=15.0):
     deadline = time.monotonic() + timeout

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_bringup.sim.faults.faults import Fault
 from bathbot_scrub.rm65.arm.limits import HOME_DEG
 from bathbot_scrub.rm65.driver import ArmDriver
 from bathbot_scrub.rm65.errors import (
@@ -25,6 +26,8 @@ from bathbot_scrub.rm65.motion.approach import Request
 from bathbot_scrub.rm65.settings import DriverSettings
 from emulator_cell import AXIS, REGION, TARGET, Cell, running, segments, until
 from numpy.testing import assert_allclose
+
+pytestmark = pytest.mark.graph
 
 
 @pytest.fixture
@@ -239,8 +242,7 @@ def test_a_lost_controller_is_a_fault_and_the_arm_stands(cell):
     for segment in segments(speed=0.02):
         cell.driver.follow(segment)
     time.sleep(0.3)
-    for session in list(cell.emulator.sessions):
-        cell.emulator._loop.call_soon_threadsafe(session.transport.abort)
+    cell.emulator.order(Fault("dropped_tcp", duration=0.1))
     until(lambda: cell.state() is State.FAULT)
     time.sleep(0.3)
     at = cell.emulator.truth().joints

@@ -8,6 +8,8 @@ from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from emulator_cell import running, until
 from numpy.testing import assert_allclose
 
+pytestmark = pytest.mark.graph
+
 
 @pytest.fixture
 def cell():
@@ -23,7 +25,7 @@ def test_an_arm_that_lags_counts_as_standing_where_it_was_told_to_and_later_wher
     with loop.lock:  # nothing is sent meanwhile
         told, measured = loop.motion.command, cell.driver.link.sense().joints
         loop.motion.command = measured + 0.05
-        loop._rest = 0.0
+        loop._rest = 0.0  # set here, for nobody else can make an arm lag and stand still at once
         just_come = loop.where()
         loop._rest = 0.4
         long_after = loop.where()

@@ -13,6 +13,8 @@ from bathbot_scrub.rm65.errors import ArmError, NotReadyError
 from bathbot_scrub.rm65.guard.states import State
 from emulator_cell import AXIS, REGION, TARGET, running, segments, until
 
+pytestmark = pytest.mark.graph
+
 QUICK = {"standoff": 0.03, "approach_speed": 0.06}
 
 

@@ -20,6 +20,8 @@ from command_examples import READY, desk_at, run
 from emulator_cell import until
 from numpy.testing import assert_allclose
 
+pytestmark = pytest.mark.graph
+
 STANDSTILL = 0.01  # [rad/s]
 
 

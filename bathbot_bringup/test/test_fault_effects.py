@@ -17,6 +17,8 @@ from command_examples import EXAMPLES, JOINTS, desk_at, run
 from emulator_cell import AXIS, READY_DEG, TARGET, Wall, until
 from numpy.testing import assert_allclose
 
+pytestmark = pytest.mark.graph
+
 READY = np.radians(READY_DEG)
 
 

@@ -11,6 +11,8 @@ from bathbot_bringup.graph.isolation import free_domain, used_ports
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+pytestmark = pytest.mark.graph
+
 PROGRAM = """
 import os
 from bathbot_bringup.bathing.client_node import Bather

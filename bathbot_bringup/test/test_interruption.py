@@ -43,6 +43,7 @@ def test_an_interruption_elsewhere_is_raised_at_once(handler):
     raise_if_interrupted()
 
 
+@pytest.mark.graph
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_wait_for_the_graph_ends_although_python_dropped_the_signal(handler):
     things = [Swallower()]

@@ -13,6 +13,8 @@ from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+pytestmark = pytest.mark.graph
+
 STUBBORN = """
 import signal, time
 signal.signal(signal.SIGINT, lambda *_: None)

@@ -57,12 +57,14 @@ def recorded(tmp_path_factory):
     return folder / "bag"
 
 
+@pytest.mark.graph
 def test_all_messages_of_an_own_type_are_there_in_order(recorded):
     found = [entry.message for entry in read_messages(recorded, ("arm_state",))]
     assert [message.path_id for message in found] == list(range(200))
     assert (found[7].reason, found[7].force) == ("number 7", 3.5)
 
 
+@pytest.mark.graph
 def test_what_was_latched_before_is_there(recorded):
     (entry,) = read_messages(recorded, ("tf_static",))
     assert entry.message.transforms[0].child_frame_id == "camera_link"
@@ -71,14 +73,17 @@ def test_what_was_latched_before_is_there(recorded):
     assert latched.ext.offered_qos_profiles[0].durability.name == "TRANSIENT_LOCAL"
 
 
+@pytest.mark.graph
 def test_no_picture_and_no_cloud_of_a_person_is_there(recorded):
     assert not {"/camera/color/image_raw", "/surface"} & {topic.name for topic in summarise_bag(recorded)}
 
 
+@pytest.mark.graph
 def test_names_are_resolved(recorded):
     assert "/left/arm_state" in {topic.name for topic in summarise_bag(recorded)}
 
 
+@pytest.mark.graph
 def test_other_readers_understand_it(recorded):
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
@@ -89,14 +94,17 @@ def test_other_readers_understand_it(recorded):
     assert ids == list(range(200))
 
 
+@pytest.mark.graph
 def test_the_profile_is_noted_in_the_bag(recorded):
     assert "privacy_profile: default" in (recorded / "metadata.yaml").read_text()
 
 
+@pytest.mark.graph
 def test_nothing_unfinished_lies_beside_it(recorded):
     assert {file.name for file in recorded.parent.iterdir()} <= {"bag", "logs", "ros"}
 
 
+@pytest.mark.graph
 @pytest.mark.parametrize(("parameters", "said"), [
     pytest.param({}, "bag is empty", id="no bag"),
     pytest.param({"bag": "x", "profile": "all"}, "no privacy profile is named 'all'", id="profile"),
@@ -171,6 +179,7 @@ def test_the_definitions_of_all_our_types_are_known():
             "realsense2_camera_msgs/msg/Extrinsics"} <= set(installed_types().fielddefs)  # fmt: skip
 
 
+@pytest.mark.graph
 def test_an_interrupted_recorder_closes_its_bag(tmp_path):
     """Ctrl-C of the command line: the bag is whole and listed."""
     import signal

@@ -92,6 +92,7 @@ def test_a_replay_can_be_ended():
     assert list(pace(messages, 1.0, lambda seconds: True)) == []
 
 
+@pytest.mark.graph
 def test_a_bag_without_pictures_is_published_and_counted(tmp_path):
     """The real replayer in a process of its own, heard over DDS."""
     bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")

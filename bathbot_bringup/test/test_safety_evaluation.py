@@ -129,6 +129,7 @@ def test_a_place_is_skin_all_about_and_a_stroke_follows_it():
     assert steps.max() < 0.004  # [m] also where the stroke closes
 
 
+@pytest.mark.graph
 def test_one_fault_end_to_end(tmp_path: Path):
     """Real processes, DDS, TCP and UDP; only what happens is asserted, not how fast."""
     files = {name: tmp_path / f"safety.{name}" for name in ("json", "md", "png")}

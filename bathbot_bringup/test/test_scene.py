@@ -17,8 +17,12 @@ HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
 
 
 @pytest.fixture(scope="module")
-def view() -> BathroomView:
-    unit = make_unit(1, PRESETS["perfect"], 424, 240)
+def unit():
+    return make_unit(1, PRESETS["perfect"], 424, 240)
+
+
+@pytest.fixture(scope="module")
+def view(unit) -> BathroomView:
     return BathroomView(BathroomScene(1), load_scenario("calm"), unit)
 
 
@@ -54,9 +58,9 @@ def test_legs_clear_the_pedestal_and_stay_above_the_floor(seed):
     assert vertices[:, 2].min() > FLOOR - 0.01
 
 
-def test_a_perfect_depth_picture_is_the_surface(view):
+def test_a_perfect_depth_picture_is_the_surface(view, unit):
     frame, t = view.frame(1.3), 1.3
-    camera = view._unit.depth
+    camera = unit.depth
     T_base_camera = view.T_base_depth
     rng = np.random.default_rng(0)
     errors = []

@@ -12,6 +12,8 @@ from bathbot_bringup.sim.arm.trace import load_trace
 from bathbot_bringup.sim.faults.kinds import KINDS
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode
 
+pytestmark = pytest.mark.graph
+
 
 def test_it_serves_tells_of_faults_and_ends_cleanly(tmp_path):
     scenario, trace = tmp_path / "faulty.yaml", tmp_path / "trace.npz"

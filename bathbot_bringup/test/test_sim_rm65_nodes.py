@@ -16,6 +16,8 @@ from numpy.testing import assert_allclose
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState
 
+pytestmark = pytest.mark.graph
+
 
 @pytest.fixture(scope="module")
 def probe():

@@ -13,6 +13,8 @@ import pytest
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 
+pytestmark = pytest.mark.graph
+
 SESSION = Path(__file__).with_name("vendor_session.py")
 
 if importlib.util.find_spec("Robotic_Arm") is None:

@@ -16,6 +16,8 @@ from std_msgs.msg import Bool, UInt16
 
 from bathbot_msgs.msg import ArmState
 
+pytestmark = pytest.mark.graph
+
 READY = np.radians(READY_DEG)
 RESULTS = ("movej", "movej_p", "movel", "move_stop", "clear_force_data")
 COMMANDS = {

@@ -99,10 +99,12 @@ class TestBadBags:
         record(tmp_path / "bag", sensor, 1, depth_frame="camera_color_optical_frame")
         refused(BagError, "the depth is aligned to colour", read_boards, tmp_path / "bag", BOARD)
 
-    def test_another_board(self, bag):
+    def test_another_board(self, tmp_path, sensor):
+        record(tmp_path / "bag", sensor, 2)
         refused(
-            BagError, r"shows no 9x6 board in 14 still poses.*--board", read_boards, bag, Chessboard(9, 6)
-        )
+            BagError, r"shows no 9x6 board in 2 still poses.*--board",
+            read_boards, tmp_path / "bag", Chessboard(9, 6),
+        )  # fmt: skip
 
     def test_too_few_poses_write_nothing(self, tmp_path, sensor):
         record(tmp_path / "bag", sensor, 4)

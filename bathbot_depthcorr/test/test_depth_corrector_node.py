@@ -15,6 +15,8 @@ from corrector_bench import CAMERA, FRAME, TRANSFORM, Bench, flat, made_correcti
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from realsense2_camera_msgs.msg import Extrinsics
 
+pytestmark = pytest.mark.graph
+
 DOMAIN = 44
 
 

@@ -14,6 +14,8 @@ from corrector_bench import CAMERA, TRANSFORM, Bench, flat, made_correction
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
+pytestmark = pytest.mark.graph
+
 DOMAIN = 45
 COLOUR = Pinhole(320, 180, 158.0, 158.0, 160.0, 91.0, (-0.05, 0.06, -0.0007, 0.0, -0.02))
 REGION = Region(120, 60, 64, 48)

@@ -7,6 +7,8 @@ import sys
 import pytest
 from bathbot_depthcorr.node import transport
 
+pytestmark = pytest.mark.graph
+
 NODE = """
 import os, sys
 from bathbot_depthcorr.node import stage_node, transport

@@ -52,6 +52,8 @@ from vision_msgs.msg import Detection2DArray
 from bathbot_msgs.msg import ContactTargets
 from bathbot_msgs.srv import SelectRegion
 
+pytestmark = pytest.mark.graph
+
 BALL = sphere((0.55, 0.0, 0.25), 0.15)
 T_LINK_COLOUR = transform_from([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0.0, 0.059, 0.0))
 
@@ -241,4 +243,4 @@ def test_without_a_hand_eye_file_the_node_does_not_start(ros):
     node = TargetLocalizer()
     assert not node.autostart()
     ros(node)
-    assert "calibrate hand-eye" in node._status.message
+    assert "calibrate hand-eye" in node._status.message  # said on /diagnostics before anyone could hear it

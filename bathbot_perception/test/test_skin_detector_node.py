@@ -16,6 +16,8 @@ from sensor_msgs.msg import Image
 from tiny_model import row
 from vision_msgs.msg import Detection2DArray, LabelInfo
 
+pytestmark = pytest.mark.graph
+
 
 class Listener:
     """A camera and somebody who wants to know what the detector says."""

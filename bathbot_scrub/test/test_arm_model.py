@@ -68,6 +68,7 @@ def test_a_shorter_flange_has_a_shorter_last_link():
     assert lengths["6F"] - lengths["B"] == pytest.approx(FLANGE_OFFSETS["6F"] - FLANGE_OFFSETS["B"])
 
 
+@pytest.mark.graph
 def test_the_command_prints_it_and_refuses_an_unknown_variant():
     run = lambda *words: subprocess.run(  # noqa: E731
         [sys.executable, "-m", "bathbot_scrub.rm65.arm.urdf", *words],
@@ -162,6 +163,7 @@ def test_walls_that_are_none_are_refused(numbers, message):
         walls_from(numbers)
 
 
+@pytest.mark.graph
 def test_a_light_command_does_not_load_pinocchio():
     code = (
         "import sys, bathbot_scrub.path.reach, bathbot_scrub.rm65.paths.motion_planner;"

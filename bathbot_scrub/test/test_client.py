@@ -12,6 +12,8 @@ from bathbot_scrub.rm65.controller.state_push import StateReceiver
 from bathbot_scrub.rm65.errors import ArmConnectionError, RefusedError
 from test_protocol import push
 
+pytestmark = pytest.mark.graph
+
 
 def until(condition, timeout=5.0):
     deadline = time.monotonic() + timeout

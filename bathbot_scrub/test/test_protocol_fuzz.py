@@ -122,6 +122,7 @@ def hostile(seed):
     ]
 
 
+@pytest.mark.graph
 def test_a_peer_that_sends_garbage_is_refused_counted_and_still_answers():
     server, log = socket.create_server(("127.0.0.1", 0)), []
     client = ArmClient("127.0.0.1", server.getsockname()[1], log.append)
@@ -150,6 +151,7 @@ def test_a_peer_that_sends_garbage_is_refused_counted_and_still_answers():
     client.close()
 
 
+@pytest.mark.graph
 def test_a_flood_of_garbage_datagrams_is_counted_and_hides_no_sample():
     samples, refused = [], []
     receiver = StateReceiver(0, samples.append, lambda: refused.append(1))

@@ -29,6 +29,8 @@ from synthetic_skin import DISTANCE, cylinder, moved, target
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets, ScrubSegment
 
+pytestmark = pytest.mark.graph
+
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # the cylinder of the other tests, carried to where the arm reaches it
 TURN = Rotation.from_euler("z", 40, degrees=True).as_matrix()
@@ -119,7 +121,10 @@ class Session:
             time.sleep(0.01)
 
     def touch(self):
-        """Show the skin to the planner while the arm is free, then be in contact."""
+        """Show the skin to the planner while the arm is free, then be in contact.
+
+        What a planner has heard it says on no topic, so that here and below tests look into it.
+        """
         inputs = self.planner._inputs
         self.until(lambda: inputs.before._surface is not None and inputs.before._targets)
         self.world.mode = ArmState.CONTACT

@@ -108,6 +108,8 @@ def test_a_recalled_surface_counts_as_seen():
     skin = SurfaceMap(grid(), plane(), 10.0, SETTINGS)
     skin.recall(plane(out=0.001), 20.0)
     skin.demand_in_sight(20.0 + SETTINGS.lost_after - 0.1)
+    with pytest.raises(TargetLostError):
+        skin.demand_in_sight(20.0 + SETTINGS.lost_after + 0.1)
 
 
 def test_no_skin_at_the_target_is_refused():
