@@ -16,6 +16,7 @@ PAGE = ROOT / "docs" / "architecture.md"
 SHORT = {
     "bathbot_depthcorr/errors.py": "list of errors",
     "bathbot_depthcorr/models/ripple.py": "an equation that stands alone, used by two models",
+    "bathbot_depthcorr/node/diagnostic_node.py": "a type that stands alone",
     "bathbot_depthcorr/node/transport.py": "table of the two DDS profiles",
     "bathbot_depthcorr/ros/camera_health.py": "knows how the RealSense driver names things",
     "bathbot_perception/classes.py": "table of the classes",
@@ -39,7 +40,6 @@ SHORT = {
     "bathbot_scrub/segment/messages.py": "its codec",
     "bathbot_scrub/path/triangle_normals.py": "Eqs. (11)-(13), which stand alone",
     "bathbot_bringup/bag/recorder_settings.py": "settings",
-    "bathbot_bringup/sim/arm/emulator/settings.py": "settings",
 }
 """Files below 40 lines, and why: a table, errors, settings, or an equation or type that stands alone."""
 

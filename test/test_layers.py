@@ -15,7 +15,9 @@ UPSTREAM = {
 }
 # The detector is a branch of its own: of the first stage it takes the frame of a node and the one writer of
 # files, nothing of depth.
-PERCEPTION_TAKES = {"errors", "files", "node.newest_worker", "node.stage_node"}
+PERCEPTION_TAKES = {
+    "errors", "files", "node.newest_worker", "node.parameters", "node.process_node", "node.stage_node",
+}  # fmt: skip
 INTERFACES = {
     "action_msgs",
     "bathbot_msgs",

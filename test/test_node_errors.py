@@ -15,6 +15,14 @@ BAD_FILES = [
     ("rm65_driver", "force_limits:=nowhere.yaml"),
     ("sim_camera", "scenario:=nowhere.yaml"),
 ]
+BAD_VALUES = [
+    ("rm65_driver", "rate:=50.0", "rate must lie in 100..500 Hz, got 50.0; the default is 100.0"),
+    ("rm65_driver", "rate:=50", "rate must lie in 100..500 Hz, got 50.0"),
+    ("scrub_planner", "ahead:=0", "ahead must be 1 or more, got 0; the default is 3"),
+    ("sim_camera", "scene:=kitchen", "scene must be one of bathroom, chessboard, aruco, got 'kitchen'"),
+    ("skin_detector", "size:=100", "size must be 0 px or more, in steps of 32, got 100"),
+    ("replayer", "rate:=fast", "rate must be a float, got 'fast'"),
+]
 
 
 def run(node: str, parameter: str) -> subprocess.CompletedProcess:
@@ -40,3 +48,8 @@ def test_unknown_parameter(node):
 @pytest.mark.parametrize(("node", "parameter"), BAD_FILES, ids=[node for node, _ in BAD_FILES])
 def test_missing_file(node, parameter):
     check(run(node, parameter), "nowhere")
+
+
+@pytest.mark.parametrize(("node", "parameter", "words"), BAD_VALUES)
+def test_a_value_outside_its_range(node, parameter, words):
+    check(run(node, parameter), words)

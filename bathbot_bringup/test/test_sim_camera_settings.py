@@ -22,10 +22,10 @@ def test_the_file_has_the_fields_and_the_defaults_of_the_settings():
     ("change", "message"),
     [
         pytest.param({"scene": "kitchen"}, "bathroom, chessboard, aruco", id="scene"),
-        pytest.param({"preset": "best"}, "no D455 preset", id="preset"),
+        pytest.param({"preset": "best"}, "paper, yaw, good", id="preset"),
         pytest.param({"scenario": "dancing"}, "no scenario", id="scenario"),
         pytest.param({"rate": 0.0}, "rate must lie", id="rate"),
-        pytest.param({"epoch": -1.0}, "epoch must lie", id="epoch"),
+        pytest.param({"epoch": -1.0}, "epoch must be 0 s or more", id="epoch"),
         pytest.param({"seed": -3}, "seed must lie", id="seed"),
     ],
 )

@@ -4,10 +4,12 @@ Also publishes the pose of the camera in the base frame on /tf_static, from the 
 """
 
 from collections.abc import Callable
+from typing import Any
 
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.newest_worker import NewestWorker
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from bathbot_depthcorr.ros.messages import (
     depth_from_image,
     pinhole_from_info,
@@ -45,9 +47,9 @@ _ALL_LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL
 class TargetLocalizer(StageNode):
     """Keeps a short history of depth pictures and meets each list of regions with the one of its time."""
 
-    def __init__(self) -> None:
-        """Declare the parameters."""
-        super().__init__("target_localizer", TargetLocalizerSettings)
+    def __init__(self, **options: Any) -> None:
+        """Declare the parameters; `options` are those of rclpy's `Node`."""
+        super().__init__("target_localizer", TargetLocalizerSettings, **options)
 
     def setup(self, settings: TargetLocalizerSettings) -> None:
         """Load the hand-eye result."""

@@ -1,94 +1,110 @@
-"""Parameters of the node target_localizer."""
+"""Parameters of the node target_localizer; config/target_localizer.yaml has these keys."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_localize.errors import SettingsError
 
 
-def _setting(default: object, about: str) -> object:
-    return field(default=default, metadata={"help": about})
-
-
 @dataclass(frozen=True, slots=True)
 class TargetLocalizerSettings:
-    """What a user may change; config/target_localizer.yaml has these keys."""
+    """What a user may change."""
 
-    hand_eye: str = _setting(
-        "", "file written by `bathbot calibrate hand-eye`: pose of the camera in the base"
+    hand_eye: str = setting(
+        "", "File written by `bathbot calibrate hand-eye`, which holds the pose of the camera in the base "
+        "frame",
+    )  # fmt: skip
+    region: str = setting(
+        "Trunk_skin", "Class name of the region whose surface is published until select_region names another"
     )
-    region: str = _setting("Trunk_skin", "class name of the region whose surface is published at the start")
-    region_names: tuple[str, ...] = _setting(
+    region_names: tuple[str, ...] = setting(
         ("Face_skin", "Trunk_skin", "Upperlimb_skin", "Lowerlimb_skin", "Hand_skin", "Foot_skin"),
-        "names that select_region accepts until the detector publishes its own list",
+        "Class names that select_region accepts until the detector publishes its own list",
+    )  # fmt: skip
+    min_score: float = setting(
+        0.3, "Confidence, 0..1, below which a detection is left out", low=0.0, high=1.0
     )
-    min_score: float = _setting(0.3, "detections below this confidence are left out, 0..1")
-    disc_radius_px: float = _setting(16.0, "radius of the disc that gives position and normal [px], Fig. 5")
-    noise_correlation_px: float = _setting(
-        2.5, "blur of the depth noise [px], standard deviation of a Gaussian"
+    disc_radius_px: float = setting(
+        16.0, "Radius, in the colour picture, of the disc of skin that gives a target's position and "
+        "normal (Fig. 5); for pictures 848 px wide", "px", above=0.0,
+    )  # fmt: skip
+    noise_correlation_px: float = setting(
+        2.5, "Blur of the depth noise, as the standard deviation of a Gaussian; neighbouring pixels that "
+        "share noise count as fewer", "px", low=0.0,
+    )  # fmt: skip
+    max_roughness: float = setting(
+        0.008, "Largest scatter of points around the surface fitted to them that still makes a target", "m",
+        above=0.0,
+    )  # fmt: skip
+    max_uncertainty: float = setting(
+        0.004, "Largest standard deviation of a target's position; one less certain is not told", "m",
+        above=0.0,
+    )  # fmt: skip
+    head_room: float = setting(
+        0.045, "Radius of the space over a target that must be empty for the scrub head", "m", low=0.0
     )
-    max_roughness: float = _setting(0.008, "largest scatter of the points around the fitted surface [m]")
-    max_uncertainty: float = _setting(0.004, "largest standard deviation of a target's position [m]")
-    head_room: float = _setting(0.045, "radius of the space over a target that must be empty [m]")
-    max_relief: float = _setting(0.010, "of what is beside a target; higher is an obstacle [m]")
-    systematic: float = _setting(0.0008, "error that does not average out, added to the covariance [m]")
-    smoothing_frames: int = _setting(5, "frames averaged for one target; 1 switches it off")
-    surface_stride: int = _setting(
-        2, "every how many-th colour pixel of the region becomes a surface point [px]"
+    max_relief: float = setting(
+        0.010, "Height over a target's surface above which what is beside it counts as an obstacle", "m",
+        above=0.0,
+    )  # fmt: skip
+    systematic: float = setting(
+        0.0008, "Error of positions that does not average out, added to the covariance of a target as a "
+        "standard deviation", "m", low=0.0,
+    )  # fmt: skip
+    smoothing_frames: int = setting(5, "Number of frames averaged for one target; 1: no averaging", low=1)
+    surface_stride: int = setting(
+        2, "Distance between the colour pixels of a region that become points of its surface; 1: every "
+        "pixel", "px", low=1,
+    )  # fmt: skip
+    surface_window: int = setting(
+        3, "Side of the square of points over which each point of the surface is averaged, odd; 1: no "
+        "averaging", low=1, step=2,
+    )  # fmt: skip
+    surface_rate: float = setting(10.0, "Highest rate at which surfaces are published", "Hz", above=0.0)
+    cloud_rate: float = setting(1.0, "Highest rate at which body clouds are published", "Hz", above=0.0)
+    cloud_voxel: float = setting(
+        0.02, "Edge of the cubes of space each of which becomes one point of the body cloud", "m", above=0.0
     )
-    surface_window: int = _setting(
-        3, "surface points are averaged over this many points a side, odd; 1: not at all"
+    cloud_memory: float = setting(
+        60.0, "Time for which places hidden by the arm stay in the body cloud", "s", low=0.0
     )
-    surface_rate: float = _setting(10.0, "surfaces published per second at most [Hz]")
-    cloud_rate: float = _setting(1.0, "body clouds published per second at most [Hz]")
-    cloud_voxel: float = _setting(0.02, "edge of the cells that become points of the body cloud [m]")
-    cloud_memory: float = _setting(60.0, "places hidden by the arm stay in the body cloud this long [s]")
-    region_margin_px: float = _setting(10.0, "added around a region's box on all sides [px]")
-    arm_margin: float = _setting(0.02, "the arm is masked this much wider than it is [m]")
-    region_patience: float = _setting(1.0, "a region lost without the arm in the way is kept this long [s]")
-    max_stamp_difference: float = _setting(0.05, "between a region's picture and its depth picture [s]")
-    max_depth_age: float = _setting(1.0, "a warning is given when no depth picture came for this long [s]")
-    depth_history: int = _setting(45, "depth pictures kept for regions that arrive later")
-    base_frame: str = _setting("base_link", "base of the robot")
-    camera_frame: str = _setting(
-        "camera_link", "body of the camera, which the static transform is published to"
+    region_margin_px: float = setting(
+        10.0, "Width added around the box of a region on all sides before its surface is taken", "px", low=0.0
     )
-    colour_frame: str = _setting("camera_color_optical_frame", "frame of the colour picture")
+    arm_margin: float = setting(
+        0.02, "Distance by which the arm is masked out of the depth picture wider than it is", "m", low=0.0
+    )
+    region_patience: float = setting(
+        1.0, "Time for which a region lost without the arm in the way is kept", "s", low=0.0
+    )
+    max_stamp_difference: float = setting(
+        0.05, "Largest difference between the stamps of a region's picture and the depth picture it is met "
+        "with", "s", above=0.0,
+    )  # fmt: skip
+    max_depth_age: float = setting(
+        1.0, "Time without a depth picture after which the node warns", "s", above=0.0
+    )
+    depth_history: int = setting(
+        45, "Number of depth pictures kept for regions that arrive later than they", low=1
+    )
+    base_frame: str = setting(
+        "base_link", "TF frame of the robot's base, in which targets and surfaces are told"
+    )
+    camera_frame: str = setting(
+        "camera_link", "TF frame of the camera's body, to which the static transform from the base is "
+        "published",
+    )  # fmt: skip
+    colour_frame: str = setting(
+        "camera_color_optical_frame", "TF frame of the colour picture, whose pose the hand-eye result holds"
+    )
 
     def __post_init__(self) -> None:
-        """Refuse values that cannot be meant."""
-        self._positive(
-            "disc_radius_px",
-            "max_roughness",
-            "max_uncertainty",
-            "max_relief",
-            "surface_rate",
-            "cloud_rate",
-            "cloud_voxel",
-            "max_stamp_difference",
-            "max_depth_age",
-        )
-        for name in (
-            "noise_correlation_px",
-            "head_room",
-            "systematic",
-            "region_margin_px",
-            "arm_margin",
-            "region_patience",
-            "cloud_memory",
-        ):
-            if not getattr(self, name) >= 0.0:
-                raise SettingsError(f"{name} must not be negative, got {getattr(self, name)}")
-        for name in ("smoothing_frames", "surface_stride", "surface_window", "depth_history"):
-            if getattr(self, name) < 1:
-                raise SettingsError(f"{name} must be at least 1, got {getattr(self, name)}")
-        if self.surface_window % 2 == 0:
-            raise SettingsError(f"surface_window must be odd, got {self.surface_window}")
-        if not 0.0 <= self.min_score <= 1.0:
-            raise SettingsError(f"min_score must lie in 0..1, got {self.min_score}")
+        """Refuse values that cannot be meant.
+
+        Raises:
+            SettingsError: With the value and what is allowed.
+        """
+        check(self, SettingsError)
         if self.region not in self.region_names:
             raise SettingsError(f"region {self.region!r} is none of {', '.join(self.region_names)}")
-
-    def _positive(self, *names: str) -> None:
-        for name in names:
-            if not getattr(self, name) > 0.0:
-                raise SettingsError(f"{name} must be positive, got {getattr(self, name)}")

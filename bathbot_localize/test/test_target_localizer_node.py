@@ -160,8 +160,7 @@ def parameters(path, **more):
 def world(ros, tmp_path):
     path = tmp_path / "hand_eye.yaml"
     save_hand_eye(HandEye(T_BASE_COLOUR, date="2025-01-01"), path)
-    localizer = TargetLocalizer()
-    localizer.set_parameters(parameters(path))
+    localizer = TargetLocalizer(parameter_overrides=parameters(path))
     assert localizer.autostart()
     node = rclpy.create_node("world")
     world = World(node)
@@ -243,4 +242,4 @@ def test_without_a_hand_eye_file_the_node_does_not_start(ros):
     node = TargetLocalizer()
     assert not node.autostart()
     ros(node)
-    assert "calibrate hand-eye" in node._status.message  # said on /diagnostics before anyone could hear it
+    assert "calibrate hand-eye" in node.diagnostic.status.message

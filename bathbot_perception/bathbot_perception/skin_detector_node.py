@@ -1,9 +1,10 @@
 """Finds skin regions: `camera/camera/color/image_raw` -> `skin_regions`, same header."""
 
 import time
+from typing import Any
 
-from bathbot_depthcorr.node.newest_worker import NewestWorker
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 from sensor_msgs.msg import Image
@@ -23,16 +24,16 @@ COLOUR_TOPIC = "camera/camera/color/image_raw"
 class SkinDetector(StageNode):
     """Runs the network on the newest picture, in a thread of its own; old pictures are dropped."""
 
-    def __init__(self) -> None:
-        """Declare the parameters."""
-        super().__init__("skin_detector", SkinDetectorSettings)
+    def __init__(self, **options: Any) -> None:
+        """Declare the parameters; `options` are those of rclpy's `Node`."""
+        super().__init__("skin_detector", SkinDetectorSettings, **options)
 
     def setup(self, settings: SkinDetectorSettings) -> None:
         """Load the model."""
         self._detector = load(settings=settings)
         self._settings = settings
-        self._regions = self.create_publisher(Detection2DArray, "skin_regions", 5)
-        self._labels = self.create_publisher(LabelInfo, "skin_regions/label_info", LATCHED)
+        self._regions = self.publisher(Detection2DArray, "skin_regions", 5)
+        self._labels = self.publisher(LabelInfo, "skin_regions/label_info", LATCHED)
         stamp = self.get_clock().now().to_msg()
         self._labels.publish(label_info(Header(stamp=stamp), settings.score_threshold))
         self.get_logger().info(f"network of {self._detector.size} px runs on {self._detector.provider}")
@@ -41,23 +42,9 @@ class SkinDetector(StageNode):
         """Listen to the camera."""
         self._throughput = Throughput(time.monotonic())
         self._detection = ImageDetection(self._detector, Smoothing(self._settings.smoothing))
-        self._worker = NewestWorker(self._detect, self._fail)
-        self._images = self.create_subscription(
-            Image, COLOUR_TOPIC, self._worker.put, qos_profile_sensor_data
-        )
-        self._diagnose_timer = self.create_timer(1.0, self._diagnose)
-
-    def stop(self) -> None:
-        """Listen no more and end the thread."""
-        self.destroy_timer(self._diagnose_timer)
-        self.destroy_subscription(self._images)
-        self._worker.close()
-
-    def teardown(self) -> None:
-        """Let the model go."""
-        self.destroy_publisher(self._regions)
-        self.destroy_publisher(self._labels)
-        del self._detector
+        self._worker = self.worker(self._detect, self._fail)
+        self.listen(Image, COLOUR_TOPIC, self._worker.put, qos_profile_sensor_data)
+        self.every(1.0, self._diagnose)
 
     def _detect(self, image: Image) -> None:
         begun = time.monotonic()

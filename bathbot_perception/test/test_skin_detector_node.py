@@ -48,11 +48,12 @@ def until(condition, timeout=15.0):
 
 
 @pytest.fixture
-def graph(write_model):
+def graph(write_model, request):
+    """A detector with a model that sees a hand, or the one that a test names."""
     rclpy.init(domain_id=102 + os.getpid() % 100)
-    listener, node = Listener(), SkinDetector()
-    model = write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))])
-    node.set_parameters([Parameter("model", value=str(model))])
+    model = getattr(request, "param", None) or write_model([row("Hand_skin", 0.9, (32.0, 24.0), (16.0, 8.0))])
+    node = SkinDetector(parameter_overrides=[Parameter("model", value=str(model))])
+    listener = Listener()
     executor = SingleThreadedExecutor()
     executor.add_node(listener.node)
     executor.add_node(node)
@@ -94,9 +95,9 @@ def test_diagnostics_say_what_is_wrong_in_plain_words(graph):
     assert {"fps", "latency_ms", "detection_ms", "dropped"} <= set(values)
 
 
+@pytest.mark.parametrize("graph", ["/nowhere/skin.onnx"], indirect=True)
 def test_a_bad_model_is_one_clear_line_and_no_start(graph):
     listener, node = graph
-    node.set_parameters([Parameter("model", value="/nowhere/skin.onnx")])
     assert not node.autostart()
     until(lambda: any("there is no model file /nowhere/skin.onnx" in s.message for s in listener.states))
 

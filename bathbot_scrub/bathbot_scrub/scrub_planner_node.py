@@ -9,7 +9,8 @@ from dataclasses import replace
 from functools import partial
 
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from bathbot_depthcorr.ros.messages import stamp_seconds
 from bathbot_depthcorr.ros.pose_decoding import transform_from_pose
 from bathbot_localize.arm import clearance

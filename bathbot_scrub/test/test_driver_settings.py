@@ -8,7 +8,7 @@ from bathbot_scrub.rm65.settings import DriverSettings
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"variant": "7F"}, "known are B"),
+        ({"variant": "7F"}, "must be one of B, 6F, 6FB"),
         ({"host": ""}, "address"),
         ({"port": 0}, "1..65535"),
         ({"udp_port": 70000}, "0..65535"),
@@ -17,7 +17,7 @@ from bathbot_scrub.rm65.settings import DriverSettings
         ({"standoff": -0.1}, "positive"),
         ({"retract_speed": float("nan")}, "positive"),
         ({"queue_length": 1}, "2 or more"),
-        ({"home_deg": (0.0,)}, "six angles"),
+        ({"home_deg": (0.0,)}, "6 numbers"),
         ({"home_deg": (0.0, 140.0, 0.0, 0.0, 0.0, 0.0)}, "joint 2"),
     ],
 )

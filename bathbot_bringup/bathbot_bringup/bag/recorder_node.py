@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bathbot_depthcorr.node.stage_node import ERROR, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, OK, WARN, StageNode
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 

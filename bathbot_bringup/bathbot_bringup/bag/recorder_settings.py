@@ -1,6 +1,8 @@
 """What a user may change about the recorder; config/recorder.yaml has these keys."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_bringup.errors import SettingsError
 
@@ -9,28 +11,23 @@ from bathbot_bringup.errors import SettingsError
 class RecorderSettings:
     """Where and what to record."""
 
-    bag: str = field(
-        default="", metadata={"help": "bag to make: a new folder, or a new file ending in .mcap"}
+    bag: str = setting("", "Bag to make: a new folder, or a new file ending in .mcap; empty is refused")
+    profile: str = setting("default", "Name of the privacy profile, which says what topics are recorded")
+    consent: str = setting("", "Who agreed to be recorded, and when; privacy profiles with pictures need it")
+    profiles: str = setting(
+        "", "File of privacy profiles; empty: privacy_profiles.yaml of the package bathbot_bringup"
     )
-    profile: str = field(default="default", metadata={"help": "name of a privacy profile"})
-    consent: str = field(
-        default="", metadata={"help": "who agreed to be recorded, and when; profiles with images need it"}
+    search_period: float = setting(
+        0.5, "Time between two looks for topics that have appeared", "s", low=0.05, high=10.0
     )
-    profiles: str = field(
-        default="", metadata={"help": "file of privacy profiles; empty: the one of this package"}
-    )
-    search_period: float = field(default=0.5, metadata={"help": "[s] between two looks for new topics"})
-    queue_megabytes: int = field(
-        default=256, metadata={"help": "messages waiting for the disk; more are dropped"}
+    queue_megabytes: int = setting(
+        256, "Size of the messages that may wait for the disk; more are dropped and counted", "MB", low=1
     )
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing.
 
         Raises:
-            SettingsError: With the value and what to try.
+            SettingsError: With the value and what is allowed.
         """
-        if not 0.05 <= self.search_period <= 10.0:
-            raise SettingsError(f"search_period must lie in 0.05..10 s, got {self.search_period}; try 0.5")
-        if self.queue_megabytes < 1:
-            raise SettingsError(f"queue_megabytes must be positive, got {self.queue_megabytes}; try 256")
+        check(self, SettingsError)

@@ -1,8 +1,9 @@
 """What a replay was asked to do, and the parameters that its nodes get."""
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+
+from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_bringup.bag.recorder import refuse_existing
 from bathbot_bringup.errors import InputError, SettingsError
@@ -13,29 +14,25 @@ from bathbot_bringup.graph.installation import SIM_CALIBRATION, SIM_HAND_EYE, co
 class ReplayerSettings:
     """What to publish again, and how fast."""
 
-    bag: str = field(default="", metadata={"help": "rosbag2 folder or .mcap file"})
-    rate: float = field(default=1.0, metadata={"help": "speed; 1 is as fast as it was recorded"})
-    sources_only: bool = field(
-        default=True,
-        metadata={"help": "leave out what the pipeline makes itself, when the bag holds pictures"},
+    bag: str = setting("", "Bag to publish again: a rosbag2 folder or an .mcap file; empty is refused")
+    rate: float = setting(
+        1.0, "Speed of the replay; 1 is as fast as it was recorded, 2 twice as fast", low=0.05, high=20.0
     )
-    clock: bool = field(default=True, metadata={"help": "publish /clock, for nodes with use_sim_time"})
-    wait_for_listeners: float = field(
-        default=5.0, metadata={"help": "[s] to wait for somebody who listens to the bag"}
+    sources_only: bool = setting(
+        True, "Whether to leave out what the pipeline makes itself, where the bag holds pictures"
+    )
+    clock: bool = setting(True, "Whether to publish the recorded time on /clock, for nodes with use_sim_time")
+    wait_for_listeners: float = setting(
+        5.0, "Longest time to wait for somebody who listens to the bag's topics", "s", low=0.0, high=60.0
     )
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing.
 
         Raises:
-            SettingsError: With the value and what to try.
+            SettingsError: With the value and what is allowed.
         """
-        if not (math.isfinite(self.rate) and 0.05 <= self.rate <= 20.0):
-            raise SettingsError(f"rate must lie in 0.05..20, got {self.rate}; try 1.0")
-        if not 0.0 <= self.wait_for_listeners <= 60.0:
-            raise SettingsError(
-                f"wait_for_listeners must lie in 0..60 s, got {self.wait_for_listeners}; try 5.0"
-            )
+        check(self, SettingsError)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,8 @@
 import threading
 from pathlib import Path
 
-from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode
 from builtin_interfaces.msg import Time
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

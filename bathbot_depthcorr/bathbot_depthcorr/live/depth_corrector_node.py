@@ -18,7 +18,8 @@ from bathbot_depthcorr.live.live_correction import Level, LiveCorrection, Verdic
 from bathbot_depthcorr.live.registered_output_node import RegisteredOutput
 from bathbot_depthcorr.live.settings import Settings
 from bathbot_depthcorr.node.newest_worker import NewestWorker
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from bathbot_depthcorr.ros.camera_health import camera_health
 from bathbot_depthcorr.ros.messages import (
     depth_from_image,

@@ -1,54 +1,50 @@
-"""What a user may change of the depth corrector."""
+"""What a user may change of the depth corrector; `config/depth_corrector.yaml` has these keys."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from bathbot_depthcorr.errors import SettingsError
+from bathbot_depthcorr.node.parameters import check, setting
 
 _NO_ROI = (0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Parameters of `depth_corrector`; `config/depth_corrector.yaml` has these keys."""
+    """Parameters of `depth_corrector`."""
 
-    calibration: str = field(
-        default="", metadata={"help": "path of the .npz calibration; empty: depth passes uncorrected"}
+    calibration: str = setting(
+        "", "Path of the camera's depth calibration, an .npz file; empty: depth passes uncorrected"
     )
-    serial: str = field(
-        default="", metadata={"help": "serial number of the camera; empty: learnt from /diagnostics"}
+    serial: str = setting(
+        "", "Serial number of the camera that is connected; empty: learnt from the camera's /diagnostics"
     )
-    max_depth: float = field(default=4.0, metadata={"help": "farther depth becomes NaN [m]"})
-    publish_mm: bool = field(default=False, metadata={"help": "also publish depth/corrected/image_mm, 16UC1"})
-    max_temperature_change: float = field(
-        default=8.0, metadata={"help": "warn when the chip differs more from its calibration [deg C]"}
+    max_depth: float = setting(
+        4.0, "Depth beyond which a pixel becomes NaN; a D455 sees 0.4 to 6 m", "m", above=0.1
     )
-
-    wall_distance: float = field(
-        default=0.0,
-        metadata={"help": "true depth of a wall before the camera, for z_accuracy; 0: unknown [m]"},
+    publish_mm: bool = setting(
+        False, "Whether to publish depth/corrected/image_mm as well, the same depth as 16UC1 millimetres"
     )
-    registered_roi: tuple[int, ...] = field(
-        default=(0, 0, 0, 0),
-        metadata={
-            "help": "left, top, width, height of depth/registered/image in colour; 0, 0, 0, 0: off [px]"
-        },
-    )
+    max_temperature_change: float = setting(
+        8.0, "Difference of the depth chip's temperature from its calibration above which the node warns",
+        "degC", above=0.0,
+    )  # fmt: skip
+    wall_distance: float = setting(
+        0.0, "True depth of a wall before the camera, to tell the z_accuracy on /diagnostics, measured "
+        "from the left imager, which lies 4.5 mm behind a D455's front glass; 0: unknown", "m", low=0.0,
+        below=10.0,
+    )  # fmt: skip
+    registered_roi: tuple[int, ...] = setting(
+        _NO_ROI, "Left, top, width and height, in the colour picture, of the region that "
+        "depth/registered/image shows; 0, 0, 0, 0: it is not published", "px", length=4,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Refuse values no camera can meet."""
-        if not self.max_depth > 0.1:
-            raise SettingsError(
-                f"max_depth must be above 0.1 m, got {self.max_depth}; a D455 sees 0.4 to 6 m"
-            )
-        if not self.max_temperature_change > 0.0:
-            raise SettingsError(
-                f"max_temperature_change must be positive, got {self.max_temperature_change} deg C"
-            )
-        if not 0.0 <= self.wall_distance < 10.0:
-            raise SettingsError(
-                f"wall_distance must be 0 (unknown) or below 10 m, got {self.wall_distance}; measure from "
-                "the left imager, which lies 4.5 mm behind a D455's front glass"
-            )
+        """Refuse values no camera can meet.
+
+        Raises:
+            SettingsError: With the value and what is allowed.
+        """
+        check(self, SettingsError)
         if self.registered_roi != _NO_ROI and not _is_roi(self.registered_roi):
             raise SettingsError(
                 f"registered_roi must be left, top, width, height in pixels, got {list(self.registered_roi)}"
@@ -57,5 +53,5 @@ class Settings:
 
 
 def _is_roi(values: tuple[int, ...]) -> bool:
-    whole = len(values) == 4 and all(isinstance(value, int) for value in values)
+    whole = all(isinstance(value, int) for value in values)
     return whole and min(values[:2]) >= 0 and min(values[2:]) > 0

@@ -4,6 +4,7 @@ Nothing leaves this machine unless the user asks for it with ROS's own variables
 """
 
 import os
+import sys
 from pathlib import Path
 
 RANGE, PROFILES = "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTRTPS_DEFAULT_PROFILES_FILE"
@@ -21,3 +22,16 @@ def keep_clear_of_shared_memory() -> None:
     """
     if os.environ.get(RANGE, LOCAL) == LOCAL and os.environ.get(PROFILES, PICTURES) == PICTURES:
         os.environ[RANGE], os.environ[PROFILES] = "SYSTEM_DEFAULT", _UDP
+
+
+def defaults() -> dict[str, str]:
+    """Variables that the user has not set, to be set before rclpy is imported."""
+    chosen = {
+        "AMENT_PREFIX_PATH": sys.prefix,
+        RANGE: LOCAL,
+        PROFILES: PICTURES,
+        # Synchronous publishing waits for slow readers with the interpreter's lock held: a busy recorder
+        # would stall the control loop of the arm.
+        "RMW_FASTRTPS_PUBLICATION_MODE": "ASYNCHRONOUS",
+    }
+    return {name: value for name, value in chosen.items() if name not in os.environ}

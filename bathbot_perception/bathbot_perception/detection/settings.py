@@ -1,6 +1,8 @@
 """What a user may change about the detector; config/skin_detector.yaml has the same keys."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_perception.detection.letterbox import STRIDE
 from bathbot_perception.errors import SettingsError
@@ -13,46 +15,37 @@ PROVIDERS: dict[str, str] = {
 """Names of the `provider` setting and what ONNX Runtime calls them."""
 
 
-def _setting(default: object, meaning: str) -> object:
-    return field(default=default, metadata={"help": meaning})
-
-
 @dataclass(frozen=True, slots=True)
 class SkinDetectorSettings:
     """Parameters of the detector and of its node."""
 
-    model: str = _setting("", "ONNX file, or skin.onnx or skin_int8.onnx of the package; empty: the first")
-    provider: str = _setting(
-        "cpu", "where the network runs: cpu, cuda or tensorrt; never another than asked for"
+    model: str = setting(
+        "", "ONNX file of the network, or skin.onnx or skin_int8.onnx of the package; empty: skin.onnx"
     )
-    threads: int = _setting(2, "CPU threads of the network")
-    size: int = _setting(0, "longer side of the network's input [px], a multiple of 32; 0: as the model says")
-    score_threshold: float = _setting(0.35, "regions below this score are dropped, 0..1")
-    overlap_limit: float = _setting(
-        0.5, "of two boxes of a class that overlap more (IoU), the better stays, 0..1"
+    provider: str = setting(
+        "cpu", "Where the network runs; the node stops rather than run elsewhere", choices=tuple(PROVIDERS)
     )
-    most_regions: int = _setting(30, "regions per picture at most, the best ones")
-    smoothing: float = _setting(
-        0.0, "share of a region's last box that stays in the next picture, 0..1; 0: none"
+    threads: int = setting(2, "Number of CPU threads the network may use", low=1)
+    size: int = setting(
+        0, "Longer side of the network's input picture; 0: as the model says", "px", low=0, step=STRIDE
     )
+    score_threshold: float = setting(
+        0.35, "Confidence, 0..1, below which a region is left out", low=0.0, high=1.0
+    )
+    overlap_limit: float = setting(
+        0.5, "Overlap (intersection over union, 0..1) above which the worse of two boxes of a class is "
+        "left out", low=0.0, high=1.0,
+    )  # fmt: skip
+    most_regions: int = setting(30, "Largest number of regions told per picture; the best ones stay", low=1)
+    smoothing: float = setting(
+        0.0, "Share of a region's last box that stays in the next picture, against jitter; 0: none; with "
+        "more than 0.95 boxes would never arrive", low=0.0, high=0.95,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Refuse what no detector can work with."""
-        if self.provider not in PROVIDERS:
-            raise SettingsError(f"provider must be one of {', '.join(PROVIDERS)}, got {self.provider!r}")
-        if self.threads < 1:
-            raise SettingsError(f"threads must be at least 1, got {self.threads}")
-        if self.size < 0 or self.size % STRIDE:
-            raise SettingsError(
-                f"size must be a multiple of {STRIDE} px or 0 for the model's own, got {self.size}"
-            )
-        for name in ("score_threshold", "overlap_limit", "smoothing"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 1.0:
-                raise SettingsError(f"{name} must lie in 0..1, got {value}")
-        if self.smoothing > 0.95:
-            raise SettingsError(
-                f"smoothing must be 0.95 or less, or boxes never arrive; got {self.smoothing}"
-            )
-        if self.most_regions < 1:
-            raise SettingsError(f"most_regions must be at least 1, got {self.most_regions}")
+        """Refuse what no detector can work with.
+
+        Raises:
+            SettingsError: With the value and what is allowed.
+        """
+        check(self, SettingsError)

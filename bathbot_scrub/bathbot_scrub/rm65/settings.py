@@ -1,9 +1,9 @@
 """What a user may change of the arm driver; `config/rm65_driver.yaml` has these keys."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
+from bathbot_depthcorr.node.parameters import check, positive, setting
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
@@ -12,128 +12,155 @@ from bathbot_scrub.rm65.arm.walls import walls_from
 from bathbot_scrub.rm65.errors import ArmSettingsError
 
 
-def _about(default: Any, text: str) -> Any:
-    return field(default=default, metadata={"help": text})
-
-
 @dataclass(frozen=True, slots=True)
 class DriverSettings:
     """Parameters of the driver, SI units unless the name says otherwise."""
 
-    host: str = _about("127.0.0.1", "address of the controller; 192.168.1.18 on a new arm")
-    port: int = _about(8080, "TCP port of the controller")
-    udp_port: int = _about(8089, "our UDP port for the state push; 0: any free one")
-    variant: str = _about("6F", "RM65 variant: B, 6F (sensor as extra part) or 6FB (sensor built in)")
-    force_limits: str = _about("", "file of force limits; empty: config/force_limits.yaml")
+    host: str = setting("127.0.0.1", "Network address of the arm's controller; 192.168.1.18 on a new arm")
+    port: int = setting(8080, "TCP port of the arm's controller", low=1, high=65535)
+    udp_port: int = setting(
+        8089, "UDP port of this machine to which the controller pushes the arm's state; 0: any free one",
+        low=0, high=65535,
+    )  # fmt: skip
+    variant: str = setting(
+        "6F", "Variant of the RM65: B, 6F (force sensor as extra part) or 6FB (force sensor built in)",
+        choices=tuple(FLANGE_OFFSETS),
+    )  # fmt: skip
+    force_limits: str = setting(
+        "", "YAML file of force limits for each region of the body; empty: config/force_limits.yaml"
+    )
 
-    rate: float = _about(100.0, "of joint commands [Hz]; the controller's high-follow mode needs 100 or more")
-    home_deg: tuple[float, ...] = _about(HOME_DEG, "folded posture out of the view [deg]")
-    joint_speed: float = _about(0.8, "of the fastest joint between postures [rad/s]")
-    joint_acceleration: float = _about(2.0, "of the fastest joint between postures [rad/s^2]")
-    joint_share: float = _about(0.5, "of the joints' limits that tool paths may use, 0..1")
+    rate: float = setting(
+        100.0, "Rate of the joint commands sent to the controller, whose high-follow mode needs 100 or "
+        "more", "Hz", low=100.0, high=500.0,
+    )  # fmt: skip
+    home_deg: tuple[float, ...] = setting(
+        HOME_DEG, "Angles of the six joints in the home posture, folded and out of the camera's view", "deg",
+        length=6,
+    )  # fmt: skip
+    joint_speed: float = positive(0.8, "Speed of the fastest joint on the way between two postures", "rad/s")
+    joint_acceleration: float = positive(
+        2.0, "Acceleration of the fastest joint on the way between two postures", "rad/s^2"
+    )
+    joint_share: float = setting(
+        0.5, "Share of the joints' speed and acceleration limits that paths of the scrub head may use, "
+        "0..1", above=0.0, high=1.0,
+    )  # fmt: skip
 
-    standoff: float = _about(0.06, "distance to the target at which the straight part begins [m]")
-    approach_speed: float = _about(0.03, "of the straight part [m/s]")
-    max_extra: float = _about(0.012, "beyond the target after which no contact is an error [m]")
-    scrub_acceleration: float = _about(0.3, "along scrub paths [m/s^2]")
-    max_scrub_speed: float = _about(0.10, "segments may ask for less, never for more [m/s]")
-    lift: float = _about(0.03, "clear of the skin when a path begins elsewhere [m]")
-    max_lead_in: float = _about(0.35, "between the head and the first pose of a path [m]")
-    queue_length: int = _about(64, "segments that may wait, the one under the head included")
+    standoff: float = positive(
+        0.06, "Distance from the contact target at which the straight part of an approach begins", "m"
+    )
+    approach_speed: float = positive(
+        0.03, "Speed of the scrub head on the straight part of an approach", "m/s"
+    )
+    max_extra: float = positive(
+        0.012, "Distance beyond the contact target at which an approach without contact ends as an error", "m"
+    )
+    scrub_acceleration: float = positive(0.3, "Acceleration of the scrub head along scrub paths", "m/s^2")
+    max_scrub_speed: float = positive(
+        0.10, "Highest speed of the scrub head along scrub paths; segments may ask for less, never for "
+        "more", "m/s",
+    )  # fmt: skip
+    lift: float = positive(
+        0.03, "Distance by which the scrub head is lifted off the skin where a path begins elsewhere on it",
+        "m",
+    )  # fmt: skip
+    max_lead_in: float = positive(
+        0.35, "Largest distance of the first pose of a scrub path from where the scrub head is", "m"
+    )
+    queue_length: int = setting(
+        64, "Number of segments that may wait in the driver, the one under the scrub head included", low=2
+    )
 
-    walls: tuple[float, ...] = _about(
+    walls: tuple[float, ...] = setting(
         (0.0, 0.0, 1.0, -0.75, 1.0, 0.0, 0.0, -0.75),
-        "no link passes these planes, four numbers each: normal into the room, offset [m]",
+        "Planes of the base frame that no link of the arm passes, four numbers each: a normal that points "
+        "into the room, and the plane's offset along it", "m",
+    )  # fmt: skip
+    body_margin: float = positive(
+        0.015, "Distance that the arm's links keep from what the camera sees of the person, except near "
+        "the patch that is washed", "m",
+    )  # fmt: skip
+    scrub_margin: float = positive(
+        0.005, "Distance that the arm's links keep from the person along scrub paths, which are slow", "m"
     )
-    body_margin: float = _about(0.015, "between links and what the camera sees, outside the patch washed [m]")
-    scrub_margin: float = _about(0.005, "the same along scrub paths, which are slow [m]")
-    body_max_age: float = _about(5.0, "of body_cloud; with an older one no way leads to the person [s]")
+    body_max_age: float = positive(
+        5.0, "Age of the newest body_cloud above which the arm takes no way to the person", "s"
+    )
 
-    retract_distance: float = _about(0.10, "along the outward normal [m]")
-    retract_speed: float = _about(0.25, "faster than a body moves towards the arm [m/s]")
-    home_needs_consent: bool = _about(
-        True, "after a retract that force demanded, home and approach wait for arm/resume"
+    retract_distance: float = positive(
+        0.10, "Distance by which a retract takes the scrub head off the skin, along the skin's normal", "m"
+    )
+    retract_speed: float = positive(
+        0.25, "Speed of the scrub head in a retract; faster than a body moves towards the arm", "m/s"
+    )
+    home_needs_consent: bool = setting(
+        True, "Whether, after a retract that force demanded, going home and approaching wait for arm/resume"
     )
 
-    brake_after: float = _about(0.05, "without a readable sample the arm brakes and waits [s]")
-    stale_after: float = _about(0.3, "without one it waits no more: FAULT [s]")
-    steady_for: float = _about(0.3, "data must have come without a gap before the arm goes on by itself [s]")
-    wait_at_most: float = _about(2.0, "for data that come and go; then FAULT [s]")
-    frozen_samples: int = _about(12, "readings of the force in a row that came before; noise never repeats")
-    following_tolerance: float = _about(0.005, "that a joint may be off all it was told lately [rad]")
-    following_after: float = _about(0.02, "for which it may be farther off than that [s]")
-    still_tolerance: float = _about(0.0015, "that a joint may be told to go without moving [rad]")
-    deaf_after: float = _about(0.06, "without answer to a question over TCP the arm brakes and waits [s]")
-    leave_after: float = _about(10.0, "on the skin without any motion; then the arm leaves it [s]")
+    brake_after: float = positive(
+        0.05, "Age of the newest readable state of the arm above which the arm brakes and waits", "s"
+    )
+    stale_after: float = positive(
+        0.3, "Age of the newest readable state of the arm above which the driver goes to FAULT", "s"
+    )
+    steady_for: float = positive(
+        0.3, "Time for which states of the arm must have come without a gap before it goes on by itself", "s"
+    )
+    wait_at_most: float = positive(
+        2.0, "Time for which the arm waits for data that come and go, before the driver goes to FAULT", "s"
+    )
+    frozen_samples: int = setting(
+        12, "Number of equal readings of the force in a row that count as a frozen sensor; noise never "
+        "repeats", low=3,
+    )  # fmt: skip
+    following_tolerance: float = positive(
+        0.005, "Angle by which a joint may be off every position it was told lately", "rad"
+    )
+    following_after: float = positive(
+        0.02, "Time for which a joint may be farther off than following_tolerance, before FAULT", "s"
+    )
+    still_tolerance: float = positive(
+        0.0015, "Angle that a joint may be told to go without moving, before FAULT", "rad"
+    )
+    deaf_after: float = positive(
+        0.06, "Time without the controller's answer to a question over TCP after which the arm brakes and "
+        "waits", "s",
+    )  # fmt: skip
+    leave_after: float = positive(
+        10.0, "Time for which the scrub head may stand on the skin without any motion before it leaves it",
+        "s",
+    )  # fmt: skip
 
-    tool_mass: float = _about(
-        0.0, "of the tool, as far as the controller's own calibration leaves it out [kg]"
+    tool_mass: float = setting(
+        0.0, "Mass of the tool, as far as the controller's own calibration of the force sensor leaves it "
+        "out", "kg", low=0.0, high=5.0,
+    )  # fmt: skip
+    tool_centre: tuple[float, ...] = setting(
+        (0.0, 0.0, SCRUB_HEAD.mass_centre), "Centre of the tool's mass in the frame of the flange: x, y, z",
+        "m", length=3,
+    )  # fmt: skip
+    force_cutoff: float = positive(15.0, "Cut-off frequency of the low-pass filter on the wrench", "Hz")
+    publish_rate: float = positive(
+        50.0, "Rate at which joint_states, wrench, tool_pose and arm_state are published", "Hz"
     )
-    tool_centre: tuple[float, ...] = _about(
-        (0.0, 0.0, SCRUB_HEAD.mass_centre), "its centre, from the flange [m]"
+    vendor_topics: bool = setting(
+        False, "Whether to offer the topics of the vendor's own driver as well, under rm_driver/"
     )
-    force_cutoff: float = _about(15.0, "of the low-pass on the wrench [Hz]")
-    publish_rate: float = _about(50.0, "of joint_states, wrench and tool_pose [Hz]")
-    vendor_topics: bool = _about(False, "also offer the topics of the vendor's driver, under rm_driver/")
 
     def __post_init__(self) -> None:
-        """Refuse values no arm can meet."""
-        if self.variant not in FLANGE_OFFSETS:
-            raise ArmSettingsError(f"unknown variant {self.variant!r}; known are {', '.join(FLANGE_OFFSETS)}")
+        """Refuse values no arm can meet.
+
+        Raises:
+            ArmError: With the value and what is allowed.
+        """
+        check(self, ArmSettingsError)
         if not self.host:
             raise ArmSettingsError("host is empty; give the address of the controller")
-        for name, lowest in (("port", 1), ("udp_port", 0)):
-            if not lowest <= getattr(self, name) <= 65535:
-                raise ArmSettingsError(f"{name} must be {lowest}..65535, got {getattr(self, name)}")
-        for name in (
-            "joint_speed",
-            "joint_acceleration",
-            "standoff",
-            "approach_speed",
-            "max_extra",
-            "scrub_acceleration",
-            "max_scrub_speed",
-            "lift",
-            "max_lead_in",
-            "body_margin",
-            "scrub_margin",
-            "body_max_age",
-            "retract_distance",
-            "retract_speed",
-            "brake_after",
-            "stale_after",
-            "steady_for",
-            "wait_at_most",
-            "following_tolerance",
-            "following_after",
-            "still_tolerance",
-            "deaf_after",
-            "leave_after",
-            "force_cutoff",
-            "publish_rate",
-        ):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ArmSettingsError(f"{name} must be positive and finite, got {value}")
-        if not 100.0 <= self.rate <= 500.0:
-            raise ArmSettingsError(f"rate must be 100..500 Hz for high-follow streaming, got {self.rate}")
-        if not 0.0 < self.joint_share <= 1.0:
-            raise ArmSettingsError(f"joint_share must lie in 0..1, got {self.joint_share}")
-        if self.queue_length < 2:
-            raise ArmSettingsError(f"queue_length must be 2 or more, got {self.queue_length}")
         if not self.brake_after < self.stale_after <= self.wait_at_most:
             raise ArmSettingsError(
                 "need brake_after < stale_after <= wait_at_most, got "
                 f"{self.brake_after}, {self.stale_after} and {self.wait_at_most} s"
             )
-        if self.frozen_samples < 3:
-            raise ArmSettingsError(f"frozen_samples must be 3 or more, got {self.frozen_samples}")
-        if not (0.0 <= self.tool_mass <= 5.0 and len(self.tool_centre) == 3):
-            raise ArmSettingsError(
-                f"tool_mass must be 0..5 kg and tool_centre three lengths, got {self.tool_mass} "
-                f"and {self.tool_centre}"
-            )
-        if len(self.home_deg) != 6:
-            raise ArmSettingsError(f"home_deg must be six angles, got {self.home_deg}")
         walls_from(self.walls)
         RM65_LIMITS.check([math.radians(angle) for angle in self.home_deg])

@@ -4,7 +4,8 @@ import threading
 
 import numpy as np
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.node.stage_node import OK, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import OK, StageNode
 from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
 from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.timing.beat import Ticker

@@ -4,7 +4,8 @@ import threading
 import time
 
 import numpy as np
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, StageNode
 from bathbot_depthcorr.ros.messages import (
     extrinsics_from_transform,
     image_from_colour,

@@ -1,49 +1,64 @@
 """What a user may change of the simulated camera; `config/sim_camera.yaml` has these keys."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+
+from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_bringup.errors import SettingsError
-from bathbot_bringup.sim.camera.d455_unit import Preset, find_preset
+from bathbot_bringup.sim.camera.d455_unit import PRESETS, Preset, find_preset
 from bathbot_bringup.sim.scenario import Scenario, load_scenario
 
 SCENES = ("bathroom", "chessboard", "aruco")
-
-
-def _about(default: Any, text: str) -> Any:
-    return field(default=default, metadata={"help": text})
 
 
 @dataclass(frozen=True, slots=True)
 class SimCameraSettings:
     """Parameters of the simulated D455 and of what stands before it."""
 
-    scene: str = _about("bathroom", "what the camera sees: bathroom, chessboard or aruco")
-    seed: int = _about(0, "of the person, of the room and of the noise; as in sim_rm65")
-    scenario: str = _about("calm", "name or YAML file of how the person moves; as in sim_rm65")
-    epoch: float = _about(
-        0.0, "ROS time at which the motion begins [s], shared with sim_rm65; 0: when the node starts"
+    scene: str = setting(
+        "bathroom", "What the camera sees: a person in a bathroom, a chessboard on a wall before which the "
+        "camera moves, or an ArUco marker on the arm's flange", choices=SCENES,
+    )  # fmt: skip
+    seed: int = setting(
+        0, "Seed of the person, of the room and of the pictures' noise; the same as that of sim_rm65", low=0,
+        high=2**31,
+    )  # fmt: skip
+    scenario: str = setting(
+        "calm", "How the person moves: a name or a YAML file; the same as that of sim_rm65"
     )
-    rate: float = _about(6.0, "pictures per second that are aimed at")
-    width: int = _about(848, "of both pictures [px]")
-    height: int = _about(480, "of both pictures [px]")
-    preset: str = _about("paper", "size of the depth errors: paper, yaw, good or perfect")
-    sensor_seed: int = _about(1, "which unit; its serial number is SIM455-<seed>")
-    celsius: float = _about(30.0, "temperature of the unit")
-    colour_noise: float = _about(2.0, "noise of the colour picture, rms of 255")
-    poses: int = _about(30, "chessboard: number of places the camera stands at")
-    hold: float = _about(1.6, "chessboard: how long it stands still at each [s]")
+    epoch: float = setting(
+        0.0, "ROS time at which the person's motion begins, the same as that of sim_rm65; 0: when the node "
+        "starts", "s", low=0.0,
+    )  # fmt: skip
+    rate: float = setting(
+        6.0, "Rate aimed at, of pairs of colour and depth pictures", "Hz", low=0.1, high=90.0
+    )
+    width: int = setting(848, "Width of colour and depth pictures, 320 to 1280; they are 16:9", "px")
+    height: int = setting(480, "Height of colour and depth pictures; they are 16:9", "px")
+    preset: str = setting("paper", "Size of the errors of depth", choices=tuple(PRESETS))
+    sensor_seed: int = setting(
+        1, "Which unit of the camera is simulated; its serial number is SIM455-<sensor_seed>", low=0,
+        high=9999,
+    )  # fmt: skip
+    celsius: float = setting(30.0, "Temperature of the camera's depth chip", "degC", low=-10.0, high=70.0)
+    colour_noise: float = setting(
+        2.0, "Noise of the colour picture, root mean square, where white is 255", low=0.0, high=50.0
+    )
+    poses: int = setting(
+        30, "Number of places at which the camera stands in the scene chessboard", low=1, high=500
+    )
+    hold: float = setting(
+        1.6, "Time for which the camera stands still at each place in the scene chessboard", "s", low=0.2,
+        high=3600.0,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        """Refuse what no camera does."""
-        if self.scene not in SCENES:
-            raise SettingsError(f"no scene {self.scene!r}; there are {', '.join(SCENES)}")
-        for name, least, most in (
-            ("seed", 0, 2**31), ("sensor_seed", 0, 9999), ("epoch", 0.0, float("inf")), ("rate", 0.1, 90.0),
-            ("celsius", -10.0, 70.0), ("colour_noise", 0.0, 50.0), ("poses", 1, 500), ("hold", 0.2, 3600.0),
-        ):  # fmt: skip
-            if not least <= getattr(self, name) <= most:
-                raise SettingsError(f"{name} must lie between {least} and {most}, got {getattr(self, name)}")
+        """Refuse what no camera does.
+
+        Raises:
+            SettingsError: With the value and what is allowed.
+        """
+        check(self, SettingsError)
         self.errors()
         self.motion()
 

@@ -5,16 +5,15 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode, run
+from bathbot_depthcorr.node.process_node import run
+from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.qos import QoSProfile
-from rclpy.task import Future
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
@@ -67,18 +66,15 @@ class Rm65Driver(StageNode):
             "pause": driver.pause,
             "retract": driver.retract,
         }
-        self._parts = [
-            self.create_service(Trigger, f"arm/{name}", self._answer(call)) for name, call in calls.items()
-        ]
+        for name, call in calls.items():
+            self.offer(f"arm/{name}", call)
         slow = {
             "home": driver.home,
             "resume": driver.resume,
             "zero_force": lambda: f"{driver.zero_force():.2f} N remain",
         }
-        self._parts += [
-            self.create_service(Trigger, f"arm/{name}", self._answer_beside(call))
-            for name, call in slow.items()
-        ]
+        for name, call in slow.items():
+            self.offer_beside(f"arm/{name}", call)
         self._segments = self.create_subscription(
             ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50)
         )
@@ -102,8 +98,6 @@ class Rm65Driver(StageNode):
             self._driver.close()
             if self._vendor is not None:
                 self._vendor.close()
-            for service in self._parts:
-                self.destroy_service(service)
             self.destroy_subscription(self._segments)
             self.destroy_subscription(self._body)
             self._action.destroy()
@@ -116,31 +110,6 @@ class Rm65Driver(StageNode):
 
     def _warn(self, line: str) -> None:
         self.get_logger().warning(line)
-
-    def _answer(self, call: Callable[[], None]) -> Callable[..., Trigger.Response]:
-        def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            outcome = self._outcome(call)
-            response.success = not isinstance(outcome, ArmError)
-            if not response.success:
-                response.message = str(outcome)
-                self._warn(response.message)
-            return response
-
-        return serve
-
-    def _answer_beside(self, call: Callable[[], str | None]) -> Callable[..., Any]:
-        """Serve in a thread of its own what asks the controller, for a stop must be heard meanwhile."""
-
-        async def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            future = Future(executor=self.executor)
-            work = lambda: future.set_result(self._outcome(call))  # noqa: E731
-            threading.Thread(target=work, daemon=True).start()
-            outcome = await future
-            response.success = not isinstance(outcome, ArmError)
-            response.message = str(outcome or "")
-            return response
-
-        return serve
 
     def _follow(self, message: ScrubSegment) -> None:
         outcome = self._outcome(lambda: self._driver.follow(checked_segment(message)))
