@@ -84,7 +84,7 @@ def test_without_controller_it_says_so_in_one_line_and_lives(probe):
 @pytest.mark.parametrize(
     ("module", "parameters", "told"),
     [
-        ("bathbot_scrub.rm65.ros.rm65_driver_node", {"variant": "7F"}, "known are B, 6F, 6FB"),
+        ("bathbot_scrub.rm65.ros.rm65_driver_node", {"variant": "7F"}, "must be one of B, 6F, 6FB"),
         (
             "bathbot_scrub.rm65.ros.rm65_driver_node",
             {"force_limits": "/nowhere.yaml"},
