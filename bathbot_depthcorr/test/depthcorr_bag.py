@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.plane import Plane
-from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.geometry.rigid import inverse, quaternion_from_rotation, transform_from
 from bathbot_depthcorr.views.chessboard import Chessboard
 from depthcorr_wall import blurred
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -25,6 +25,8 @@ TYPES = {
 }  # fmt: skip
 
 HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
+TF = "tf2_msgs/msg/TFMessage"
+T_LINK_OPTICAL = transform_from(Rotation.from_euler("xyz", (-np.pi / 2, 0.0, -np.pi / 2)).as_matrix())
 
 
 def make(name, **fields):
@@ -63,6 +65,32 @@ def health(serial):
     return make(HEALTH, header=header(0.0, ""), status=[status])
 
 
+def camera_chain(T_colour_depth):
+    """The static frames of a D455: parent, child and transform, camera_link at the depth camera."""
+    T_link_colour = T_LINK_OPTICAL @ inverse(T_colour_depth) @ inverse(T_LINK_OPTICAL)
+    return [
+        ("camera_link", "camera_depth_frame", np.eye(4)),
+        ("camera_depth_frame", "camera_depth_optical_frame", T_LINK_OPTICAL),
+        ("camera_link", "camera_color_frame", T_link_colour),
+        ("camera_color_frame", "camera_color_optical_frame", T_LINK_OPTICAL),
+    ]
+
+
+def static(chain):
+    entries = []
+    for parent, child, transform in chain:
+        x, y, z = transform[:3, 3].tolist()
+        turn = dict(zip("xyzw", quaternion_from_rotation(transform[:3, :3]).tolist(), strict=True))
+        entries.append(make(
+            "geometry_msgs/msg/TransformStamped", header=header(0.0, parent), child_frame_id=child,
+            transform=make(
+                "geometry_msgs/msg/Transform", translation=make("geometry_msgs/msg/Vector3", x=x, y=y, z=z),
+                rotation=make("geometry_msgs/msg/Quaternion", **turn),
+            ),
+        ))  # fmt: skip
+    return make(TF, transforms=entries)
+
+
 def draw(pose):
     """The board on a grey wall, seen by the colour camera, with many samples per pixel."""
     big = COLOUR.scaled(COLOUR.width * 4, COLOUR.height * 4)
@@ -89,11 +117,13 @@ def poses(count):
 
 def record(
     path, sensor, count, *, frames=4, skip=(), rename=None, depth_frame="camera_depth_optical_frame",
-    transform=None, serials=(), paint=lambda colour, pose, number: colour, hide=lambda mm, pose: mm,
+    transform=None, serials=(), chains=(), paint=lambda colour, pose, number: colour,
+    hide=lambda mm, pose: mm,
 ):  # fmt: skip
     """Write a bag of still poses with moving frames between them.
 
-    `paint` changes colour by number of pose and picture, `hide` depth [mm] by number of the pose.
+    Each of `chains` is a message of /tf_static. `paint` changes colour by number of pose and picture, `hide`
+    depth [mm] by number of the pose.
     """
     rng = np.random.default_rng(1)
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
@@ -115,6 +145,10 @@ def record(
             "realsense2_camera_msgs/msg/Extrinsics", rotation=turned[:3, :3].T.ravel(),
             translation=turned[:3, 3].copy(),
         ))  # fmt: skip
+        if chains:
+            connection = writer.add_connection("/tf_static", TF, typestore=STORE)
+            for chain in chains:
+                writer.write(connection, 0, STORE.serialize_cdr(static(chain), TF))
         for serial in serials:
             write("health", 0.0, health(serial))
         stamp = 1.0

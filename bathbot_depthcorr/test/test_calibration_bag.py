@@ -1,19 +1,26 @@
 """A calibration from a recorded bag, made and read without ROS."""
 
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bathbot_depthcorr.calibration.calibrate import calibrate_bag
+from bathbot_depthcorr.calibration.calibrate import calibrate_bag, read_views
 from bathbot_depthcorr.calibration.guards import CalibrationRefusedError
 from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.errors import BathbotError, SettingsError
 from bathbot_depthcorr.files import CalibrationFileError
+from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_depthcorr.ros.bag_messages import is_bag
 from bathbot_depthcorr.ros.camera_health import CameraHealth, camera_health
 from bathbot_depthcorr.views.bag_views import BagError, read_boards
 from bathbot_depthcorr.views.chessboard import Chessboard
-from depthcorr_bag import BOARD, PREFIX, TYPES, record
-from depthcorr_wall import Sensor
+from bathbot_depthcorr.views.view_folder import write_view
+from bathbot_depthcorr.views.views import CalibrationView, Steps
+from depthcorr_bag import BOARD, PREFIX, TYPES, camera_chain, record
+from depthcorr_wall import Sensor, wall
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +53,60 @@ def test_moving_frames_are_left_out(bag):
     assert all(board.temporal_noise > 0.0 for board in recording.boards)
     centre = [float(np.nanmedian(board.depth[100:140, 190:230])) for board in recording.boards]
     assert max(centre) < 1.25  # while moving, the bag shows 1.3 times the distance
+
+
+class TestExtrinsics:
+    """The depth -> colour transform stands on its own topic, in /tf_static, or in both."""
+
+    EXTRINSICS = "extrinsics/depth_to_color"
+
+    def test_static_frames_serve_as_well(self, sensor, tmp_path):
+        """The chain may come in parts: several publishers are latched on /tf_static."""
+        chain = camera_chain(sensor.T_colour_depth)
+        record(tmp_path / "bag", sensor, 2, skip=(self.EXTRINSICS,), chains=(chain[:1], chain[1:]))
+        recording = read_boards(tmp_path / "bag", BOARD)
+        assert_allclose(recording.unit.T_colour_depth, sensor.T_colour_depth, atol=1e-9)
+        assert recording.notes == []
+
+    def test_both_that_agree_are_not_spoken_of(self, sensor, tmp_path):
+        near = transform_from(translation=(0.0, 0.00009, 0.0)) @ sensor.factory.T_colour_depth
+        record(tmp_path / "bag", sensor, 2, chains=(camera_chain(near),))
+        recording = read_boards(tmp_path / "bag", BOARD)
+        assert_allclose(recording.unit.T_colour_depth, sensor.factory.T_colour_depth, atol=1e-9)
+        assert recording.notes == []
+
+    @pytest.mark.parametrize(("turn_deg", "shift", "words"), [
+        pytest.param(0.0, 0.0002, "0.20 mm and 0.000 deg", id="0.2 mm"),
+        pytest.param(0.02, 0.0, "0.020 deg", id="0.02 deg"),
+    ])  # fmt: skip
+    def test_both_that_differ_are_told_and_the_topic_is_used(self, sensor, tmp_path, turn_deg, shift, words):
+        turn = Rotation.from_rotvec((0.0, np.deg2rad(turn_deg), 0.0)).as_matrix()
+        other = sensor.factory.T_colour_depth @ transform_from(turn, (0.0, shift, 0.0))
+        record(tmp_path / "bag", sensor, 2, chains=(camera_chain(other),))
+        recording = read_boards(tmp_path / "bag", BOARD)
+        assert_allclose(recording.unit.T_colour_depth, sensor.factory.T_colour_depth, atol=1e-9)
+        (note,) = recording.notes
+        assert words in note
+        assert "extrinsics/depth_to_color is used" in note
+
+    def test_static_frames_of_something_else_do_not_serve(self, sensor, tmp_path):
+        other = [("base_link", "Link1", np.eye(4))]
+        record(tmp_path / "alone", sensor, 1, skip=(self.EXTRINSICS,), chains=(other,))
+        refused(
+            BagError, "no messages on .../extrinsics/depth_to_color, and its /tf_static does not join "
+            "camera_depth_optical_frame to camera_color_optical_frame",
+            read_boards, tmp_path / "alone", BOARD,
+        )  # fmt: skip
+        record(tmp_path / "both", sensor, 2, chains=(other,))
+        assert read_boards(tmp_path / "both", BOARD).notes == []
+
+
+def test_a_bag_stays_one_whatever_lies_beside_it(bag, sensor, tmp_path):
+    """Views may have been written into its folder, or arrays of another program."""
+    copy = shutil.copytree(bag, tmp_path / "bag")
+    write_view(copy / "view_000.npz", CalibrationView(np.ones((240, 424), np.float32), wall(0.8)))
+    assert is_bag(copy)
+    assert len(read_views(copy, BOARD, Steps()).views) == 14
 
 
 def refused(kind, words, call, *arguments, **keywords):

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.geometry.frame_tree import UnknownFrameError
 from bathbot_depthcorr.node.newest_worker import NewestWorker
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
@@ -24,7 +25,6 @@ from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection2DArray, LabelInfo
 
 from bathbot_localize.arm.arm_shape import installed_shape
-from bathbot_localize.frame_tree import UnknownFrameError
 from bathbot_localize.hand_eye.calibration_file import load_hand_eye
 from bathbot_localize.messages import (
     cloud_from_surface,

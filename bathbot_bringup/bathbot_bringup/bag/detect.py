@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
+from bathbot_depthcorr.ros.bag_messages import is_bag
 from bathbot_depthcorr.ros.image_decoding import colour_from_image
 from bathbot_perception.detection.detector import Detector
 from bathbot_perception.pictures.detect_files import COLUMNS, FILM_SUFFIXES, Found, detect_files, files_of
@@ -16,11 +17,6 @@ from bathbot_bringup.bag.reading import read_messages, summarise_bag
 from bathbot_bringup.errors import BagError, InputError
 
 COLOUR_TOPIC = "color/image_raw"
-
-
-def is_bag(path: Path) -> bool:
-    """Tell whether a path is a rosbag2 folder or an MCAP file."""
-    return path.suffix == ".mcap" or (path / "metadata.yaml").is_file()
 
 
 def detect_paths(paths: Sequence[Path], detector: Detector, out: Path, every: int) -> Iterator[Found]:

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from bathbot_depthcorr.ros.bag_messages import is_bag
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
 
@@ -36,7 +37,7 @@ def open_bag(path: Path) -> Iterator[AnyReader]:
     """
     if not path.exists():
         raise BagError(f"there is no bag {path}; give a rosbag2 folder or an .mcap file")
-    if path.is_dir() and not (path / "metadata.yaml").exists():
+    if path.is_dir() and not is_bag(path):
         raise BagError(f"{path} is a folder without metadata.yaml, so no rosbag2 bag; name the bag inside it")
     try:
         reader = AnyReader([path])

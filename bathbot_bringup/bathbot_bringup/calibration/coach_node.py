@@ -10,7 +10,12 @@ from bathbot_depthcorr.calibration.guards import BOARD_DEMANDS
 from bathbot_depthcorr.calibration.live_views import LiveViews
 from bathbot_depthcorr.node.stage_node import LATCHED
 from bathbot_depthcorr.ros.camera_health import CameraHealth, camera_health
-from bathbot_depthcorr.ros.messages import colour_from_image, depth_from_image, stamp_seconds
+from bathbot_depthcorr.ros.messages import (
+    colour_from_image,
+    depth_from_image,
+    stamp_seconds,
+    transform_from_extrinsics,
+)
 from bathbot_depthcorr.views.bag_camera import (
     COLOUR,
     COLOUR_INFO,
@@ -97,7 +102,9 @@ class _Listener:
 
     def begin(self, board: Chessboard) -> LiveViews:
         """Begin to gather views of the camera that is known now."""
-        self.colour_camera, self.unit = camera_from_messages("the camera", self._seen, self.health)
+        self.colour_camera, self.unit = camera_from_messages(
+            "the camera", self._seen, transform_from_extrinsics(self._seen[EXTRINSICS]), self.health
+        )
         self.views = LiveViews(board, self.colour_camera, self.unit)
         return self.views
 

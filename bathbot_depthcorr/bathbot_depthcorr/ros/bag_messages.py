@@ -14,6 +14,11 @@ class BagError(DepthcorrError):
     """A recording that is unreadable or lacks what a calibration needs."""
 
 
+def is_bag(path: Path) -> bool:
+    """Whether a path is a rosbag2 folder, whatever else lies in it, or an MCAP file."""
+    return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix == ".mcap"
+
+
 def messages(bag: Path, *topics: str) -> Iterator[tuple[str, Any]]:
     """Topic and message, in order of time, of a recording.
 

@@ -30,7 +30,7 @@ class Recording(NamedTuple):
         boards: One for each still pose.
         colour_camera: As in camera_info.
         unit: The same of the depth stream.
-        notes: What was left out, one line each.
+        notes: What was left out or contradicts itself, one line each.
     """
 
     boards: list[BoardView]
@@ -51,7 +51,7 @@ def read_boards(bag: Path, board: Chessboard, steps: Steps = Steps()) -> Recordi
         BagError: If the bag is unreadable, lacks a topic, holds aligned depth or no still, sharp board.
     """
     topics = find_topics(bag)
-    colour_camera, unit = read_camera(bag, topics)
+    colour_camera, unit, notes = read_camera(bag, topics)
     spans, corners, left_out = [], [], Counter()
     for span in _still_spans(bag, topics[COLOUR], colour_camera, steps):
         try:
@@ -78,7 +78,7 @@ def read_boards(bag: Path, board: Chessboard, steps: Steps = Steps()) -> Recordi
             boards.append(BoardView(seen, *depth))
     left = [f"{count} still poses {why} were left out" for why, count in left_out.items()]
     steps.note("; ".join([f"{len(boards)} poses with board and depth", *left]))
-    return Recording(boards, colour_camera, unit, left)
+    return Recording(boards, colour_camera, unit, [*notes, *left])
 
 
 def _no_board(bag: Path, board: Chessboard, left_out: Counter[str]) -> BagError:

@@ -18,6 +18,7 @@ from bathbot_depthcorr.geometry.camera_unit import DEFAULT_BASELINE, CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.plane import Plane, fit_plane
 from bathbot_depthcorr.geometry.quality import plane_rmse
+from bathbot_depthcorr.ros.bag_messages import is_bag
 from bathbot_depthcorr.views.colour_reference import ViewSet
 from bathbot_depthcorr.views.still_watch import mean_depth
 from bathbot_depthcorr.views.views import CalibrationView, Steps
@@ -35,7 +36,7 @@ class ViewFolderError(DepthcorrError):
 
 def is_view_folder(path: Path) -> bool:
     """Whether a folder holds .npz views and is no bag."""
-    return path.is_dir() and not (path / "metadata.yaml").exists() and bool(_view_files(path))
+    return path.is_dir() and not is_bag(path) and bool(_view_files(path))
 
 
 def read_view_folder(folder: Path, steps: Steps = Steps()) -> ViewSet:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from bathbot_depthcorr.geometry.frame_tree import FrameTree, UnknownFrameError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle
 from bathbot_depthcorr.ros.image_decoding import colour_from_image, pinhole_from_info, stamp_seconds
@@ -16,7 +17,6 @@ from bathbot_depthcorr.views.bag_views import messages
 from numpy.typing import NDArray
 
 from bathbot_localize.errors import LocalizeError
-from bathbot_localize.frame_tree import FrameTree, UnknownFrameError
 from bathbot_localize.hand_eye.calibration_file import save_hand_eye
 from bathbot_localize.hand_eye.marker import MARKER_ID, MARKER_SIZE, MarkerNotFoundError, find_marker
 from bathbot_localize.hand_eye.solver import HandEyeReport, MarkerView, solve_hand_eye

@@ -4,13 +4,13 @@ import threading
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.geometry.frame_tree import FrameTree, UnknownFrameError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import NDArray
 
 from bathbot_localize.arm.arm_shape import ArmShape
 from bathbot_localize.errors import LocalizeError
-from bathbot_localize.frame_tree import FrameTree, UnknownFrameError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.surface.disc import NoSkinError
 from bathbot_localize.target.body_cloud import BodyCloud

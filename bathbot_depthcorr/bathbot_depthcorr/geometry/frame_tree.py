@@ -4,15 +4,15 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import NDArray
 
-from bathbot_localize.errors import LocalizeError
+from bathbot_depthcorr.errors import DepthcorrError
+from bathbot_depthcorr.geometry.rigid import inverse
 
 Array = NDArray[np.float64]
 
 
-class UnknownFrameError(LocalizeError):
+class UnknownFrameError(DepthcorrError):
     """Two frames that no chain of transforms joins, at least not at that time."""
 
 
