@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.evaluation.safety.fault_table import FAULTS, Duty, Ordered, Phase, choose_faults
+from bathbot_bringup.evaluation.safety.fault_table import FAULTS, choose_faults
 from bathbot_bringup.evaluation.safety.summary import out_of_bounds, percentile, summarise
 from bathbot_bringup.evaluation.safety.table import markdown
-from bathbot_bringup.evaluation.safety.trial.site import find_place, seen_skin
+from bathbot_bringup.evaluation.safety.trial.fault_injection import Ordered
 from bathbot_bringup.evaluation.safety.trial.stroke_player import AHEAD, Progress, StrokePlayer, spoilt
-from bathbot_bringup.evaluation.safety.trial_plan import plan_trial
+from bathbot_bringup.evaluation.safety.trial.trial_site import find_site, seen_skin
+from bathbot_bringup.evaluation.safety.trial_plan import Duty, Phase
 from bathbot_bringup.evaluation.safety.trial_result import TrialResult
 from bathbot_bringup.sim.faults.faults import Fault
 from bathbot_bringup.sim.faults.kinds import KINDS
@@ -37,17 +38,17 @@ def result(fault="lost_udp", seed=0, stop=100.0, **changes):
 def test_every_row_names_a_fault_that_can_be_ordered():
     assert len(set(NAMES)) == len(NAMES) >= 15
     for case in FAULTS:
-        if isinstance(case.strike, Ordered):
-            assert case.strike.kind in KINDS
+        if isinstance(case.injection, Ordered):
+            assert case.injection.kind in KINDS
             for seed in range(20):
-                value = plan_trial(case, seed).value
-                Fault(case.strike.kind, 0.0, case.strike.duration, value)
+                value = case.plan(seed).value
+                Fault(case.injection.kind, 0.0, case.injection.duration, value)
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=NAMES)
 def test_trials_are_drawn_by_fault_and_seed_alone(case):
-    plans = [plan_trial(case, seed) for seed in range(20)]
-    assert str(plans) == str([plan_trial(case, seed) for seed in range(20)])
+    plans = [case.plan(seed) for seed in range(20)]
+    assert str(plans) == str([case.plan(seed) for seed in range(20)])
     assert len({plan.delay for plan in plans}) == 20
     assert {plan.phase for plan in plans} == set(case.phases)
     assert all(np.hypot(*plan.shift) <= 0.4 and 0.0 <= plan.offset < 0.01 for plan in plans)
@@ -111,11 +112,11 @@ def test_the_planner_keeps_its_pieces_ahead_and_the_stroke_closes():
     assert np.isnan(spoilt(sent[0]).T_base_heads[:, :3, 3]).all()
 
 
-def test_a_place_is_skin_all_about_and_a_stroke_follows_it():
+def test_a_site_is_skin_all_about_and_a_stroke_follows_it():
     surface = BathroomScene(0).surface(load_scenario("still"))
-    place = find_place(surface, Kinematics())
-    target = place.target((0.01, -0.01), 1.0)
-    poses = place.stroke(target, 0.5 * place.room, 0.002, 0.004)
+    site = find_site(surface, Kinematics())
+    target = site.target((0.01, -0.01), 1.0)
+    poses = site.stroke(target, 0.5 * site.room, 0.002, 0.004)
     origins = poses[:, :3, 3] - 0.05 * poses[:, :3, 2]
     distances, _, part = surface.distance(origins, poses[:, :3, 2], 0.0)
     np.testing.assert_allclose(distances, 0.046, atol=1e-5)  # [m]: 4 mm deep
@@ -134,9 +135,7 @@ def test_one_fault_end_to_end(tmp_path: Path):
     """Real processes, DDS, TCP and UDP; only what happens is asserted, not how fast."""
     files = {name: tmp_path / f"safety.{name}" for name in ("json", "md", "png")}
     seed = next(
-        seed
-        for seed in range(9)
-        if plan_trial(choose_faults(["dropped_tcp"])[0], seed).phase is Phase.TRANSIT
+        seed for seed in range(9) if choose_faults(["dropped_tcp"])[0].plan(seed).phase is Phase.TRANSIT
     )
     outputs = ["--json", str(files["json"]), "--markdown", str(files["md"]), "--picture", str(files["png"])]
     code = run(["evaluate", "safety", "--seeds", str(seed), "--faults", "dropped_tcp", *outputs])

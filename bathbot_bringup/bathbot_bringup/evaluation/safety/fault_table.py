@@ -1,82 +1,25 @@
-"""What is made to fail: one row per fault, with the phases it may strike in and what the arm owes then."""
+"""What is made to fail: one row a fault, with its injection, when it may strike, and what the arm owes."""
 
 import difflib
 from collections.abc import Sequence
-from enum import Enum
 from typing import NamedTuple
 
 from bathbot_bringup.errors import InputError
-
-DEADLINE = 0.25  # [s] fault -> standing still or leaving
-REGION = "Trunk_skin"
-
-
-class Phase(Enum):
-    """What the arm is about when the fault strikes."""
-
-    TRANSIT = "transit"  # joint move through free air to the stand-off
-    SEEK = "seek"  # straight on towards the skin
-    REST = "rest"  # in contact, waiting
-    SCRUB = "scrub"  # in contact, along a stroke
-
-
-class Duty(Enum):
-    """What the arm owes after a fault."""
-
-    STILL = "stands still or leaves"
-    LEAVE = "leaves the skin"
-
-
-class Ordered(NamedTuple):
-    """A fault of the emulated controller, ordered on `sim_fault`."""
-
-    kind: str
-    lowest: float | None = None  # of its value; None: the kind's own
-    highest: float | None = None
-    duration: float = 0.6  # [s] after which all is well again: the arm must not go on by itself
-
-
-class Jammed(NamedTuple):
-    """The joint that moves fastest does not move any more."""
-
-    duration: float = 0.6  # [s]
-
-
-class Killed(NamedTuple):
-    """A process that dies at once."""
-
-    node: str
-
-
-class Frozen(NamedTuple):
-    """A process that does not run for a while."""
-
-    node: str
-    duration: float  # [s]
-
-
-class Planner(Enum):
-    """How the planner fails."""
-
-    SILENT = "sends no segment any more"
-    LATE = "sends its next segment a second too late"
-    BAD = "sends segments that are not finite"
-
-
-class Sight(Enum):
-    """What becomes of the skin that the real planner scrubs by."""
-
-    MOVED = "is seen 30 mm farther away"
-    LOST = "is not seen any more"
-
-
-class Nearer(NamedTuple):
-    """A body nearer than the target says; the fault is the touch that comes early."""
-
-    distance: float  # [m]
-
-
-Strike = Ordered | Jammed | Killed | Frozen | Planner | Sight | Nearer
+from bathbot_bringup.evaluation.safety.trial.fault_injection import (
+    BadPlanner,
+    Frozen,
+    Injection,
+    Jammed,
+    Killed,
+    KilledPlanner,
+    LatePlanner,
+    Nearer,
+    Ordered,
+    SilentPlanner,
+    SkinLost,
+    SkinMoved,
+)
+from bathbot_bringup.evaluation.safety.trial_plan import Duty, Phase, TrialPlan, plan_trial
 
 
 class FaultCase(NamedTuple):
@@ -84,15 +27,14 @@ class FaultCase(NamedTuple):
 
     name: str
     about: str
-    strike: Strike
+    injection: Injection
     phases: tuple[Phase, ...] = (Phase.TRANSIT, Phase.SEEK, Phase.REST, Phase.SCRUB)
     duty: Duty = Duty.STILL
     gentle: bool = False  # the peak force must stay below the retract threshold, not only the hard limit
 
-    @property
-    def breaks_graph(self) -> bool:
-        """Whether a process is gone afterwards, so that the graph must be started again."""
-        return isinstance(self.strike, Killed)
+    def plan(self, seed: int) -> TrialPlan:
+        """Draw the trial of a seed."""
+        return plan_trial(self.name, self.phases, self.injection.strength, seed)
 
 
 _TOUCHING = (Phase.REST, Phase.SCRUB)
@@ -131,12 +73,12 @@ FAULTS: tuple[FaultCase, ...] = (
               Frozen("sim_rm65", 0.5)),
     FaultCase("driver_frozen", "the driver's process stands still for half a second",
               Frozen("rm65_driver", 0.5)),
-    FaultCase("planner_silent", "no segment comes any more", Planner.SILENT, (Phase.SCRUB,)),
-    FaultCase("planner_late", "a segment comes a second late", Planner.LATE, (Phase.SCRUB,)),
-    FaultCase("planner_bad", "segments hold poses that are not finite", Planner.BAD, (Phase.SCRUB,)),
-    FaultCase("planner_killed", "the planner's process dies", Killed("stroke_player"), (Phase.SCRUB,)),
-    FaultCase("target_moved", "the camera sees the skin 30 mm farther away", Sight.MOVED, (Phase.SCRUB,)),
-    FaultCase("target_lost", "the camera sees no skin any more", Sight.LOST, (Phase.SCRUB,)),
+    FaultCase("planner_silent", "no segment comes any more", SilentPlanner(), (Phase.SCRUB,)),
+    FaultCase("planner_late", "a segment comes a second late", LatePlanner(), (Phase.SCRUB,)),
+    FaultCase("planner_bad", "segments hold poses that are not finite", BadPlanner(), (Phase.SCRUB,)),
+    FaultCase("planner_killed", "the planner's process dies", KilledPlanner(), (Phase.SCRUB,)),
+    FaultCase("target_moved", "the camera sees the skin 30 mm farther away", SkinMoved(), (Phase.SCRUB,)),
+    FaultCase("target_lost", "the camera sees no skin any more", SkinLost(), (Phase.SCRUB,)),
     FaultCase("driver_killed", "the driver's process dies", Killed("rm65_driver")),
 )  # fmt: skip
 

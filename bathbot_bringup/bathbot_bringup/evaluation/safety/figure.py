@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bathbot_bringup.evaluation.safety.fault_table import DEADLINE, FAULTS, Phase
+from bathbot_bringup.evaluation.safety.fault_table import FAULTS
+from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE, Phase
 from bathbot_bringup.evaluation.safety.trial_result import TrialResult
 
 COLOURS = {

@@ -19,7 +19,7 @@ from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.guard.states import State
 from numpy.typing import NDArray
 
-from bathbot_bringup.evaluation.safety.fault_table import Duty, Phase
+from bathbot_bringup.evaluation.safety.trial_plan import Duty, Phase
 from bathbot_bringup.sim.arm.controller.controller import STEP
 from bathbot_bringup.sim.arm.trace import TraceData
 

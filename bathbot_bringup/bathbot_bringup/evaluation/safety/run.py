@@ -26,7 +26,7 @@ from bathbot_bringup.graph.processes import Child, Patience, ProcessGroup, node_
 _PATIENCE: Patience = ((signal.SIGINT, 20.0), (signal.SIGKILL, 2.0))  # a worker ends its own processes first
 _POLL = 0.2  # [s]
 _LONGEST = 60.0  # [s] no trial takes longer on average, whatever goes wrong
-_MODULE = "bathbot_bringup.evaluation.safety.worker"
+_MODULE = "bathbot_bringup.evaluation.safety.seed_run"
 
 
 @dataclass(frozen=True, slots=True)

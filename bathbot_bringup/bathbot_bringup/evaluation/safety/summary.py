@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bathbot_bringup.evaluation.safety.fault_table import DEADLINE, FAULTS, Duty
+from bathbot_bringup.evaluation.safety.fault_table import FAULTS
+from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE, Duty
 from bathbot_bringup.evaluation.safety.trial_result import TrialResult
 
 RETRACT_P99, RETRACT_MAX = 10.0, 20.0  # [ms] one control period, two

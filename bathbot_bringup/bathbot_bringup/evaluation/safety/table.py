@@ -8,8 +8,9 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from bathbot_bringup.evaluation.safety.fault_table import DEADLINE, FAULTS
+from bathbot_bringup.evaluation.safety.fault_table import FAULTS
 from bathbot_bringup.evaluation.safety.summary import RETRACT_MAX, RETRACT_P99, out_of_bounds
+from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE
 
 _COLUMNS = (  # on the terminal, in Markdown
     ("n", "trials"),

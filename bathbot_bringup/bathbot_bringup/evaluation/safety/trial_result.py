@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from bathbot_bringup.evaluation.safety.fault_table import DEADLINE, FaultCase
+from bathbot_bringup.evaluation.safety.fault_table import FaultCase
 from bathbot_bringup.evaluation.safety.measures import Reaction
-from bathbot_bringup.evaluation.safety.trial_plan import TrialPlan
+from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE, TrialPlan
 
 
 class Bounds(NamedTuple):

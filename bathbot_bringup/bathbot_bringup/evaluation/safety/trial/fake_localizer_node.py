@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from bathbot_bringup.evaluation.safety.fault_table import REGION
+from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_msgs.msg import ContactTarget, ContactTargets
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 _PERIOD = 0.1  # [s] between pictures
 
 
-class Eyes:
+class FakeLocalizer:
     """Publishes `contact_targets` and `surface` whenever the client spins; a context manager."""
 
     def __init__(self, client: GraphClient, skin: Array, T_base_target: Array) -> None:
@@ -29,7 +29,7 @@ class Eyes:
             T_base_target: Contact target, z into the skin, (4, 4).
         """
         self._node, self._skin, self._target = client.node, skin, T_base_target
-        self._offset, self._open = np.zeros(3), True
+        self._offset, self._sees = np.zeros(3), True
         self._surface = self._node.create_publisher(PointCloud2, "surface", 5)
         self._targets = self._node.create_publisher(ContactTargets, "contact_targets", 10)
         self._timer = self._node.create_timer(_PERIOD, self._look)
@@ -41,12 +41,12 @@ class Eyes:
         self._look()
         return stamp
 
-    def shut(self) -> float:
+    def lose(self) -> float:
         """See nothing any more; gives the time [s]."""
-        self._open = False
+        self._sees = False
         return time.monotonic()
 
-    def __enter__(self) -> "Eyes":
+    def __enter__(self) -> "FakeLocalizer":
         """Look."""
         return self
 
@@ -57,7 +57,7 @@ class Eyes:
             self._node.destroy_publisher(publisher)
 
     def _look(self) -> None:
-        if not self._open:
+        if not self._sees:
             return
         header = Header(frame_id="base_link", stamp=self._node.get_clock().now().to_msg())
         self._surface.publish(cloud_from_surface(self._skin + self._offset, header))

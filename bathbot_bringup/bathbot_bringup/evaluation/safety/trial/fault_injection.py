@@ -1,31 +1,28 @@
-"""How each kind of fault is brought about on a running trial, and from when its reaction counts."""
+"""How each fault is brought about on a running trial, and from when its reaction counts.
+
+A row of the fault table names one of these injections. Each brings the arm into the phase, lets the fault
+happen, watches, and tells afterwards, from the trace, when the fault began.
+"""
 
 import math
 import sys
 import time
-from functools import singledispatch
-from typing import NamedTuple
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
-from bathbot_bringup.evaluation.safety.fault_table import (
-    Frozen,
-    Jammed,
-    Killed,
-    Nearer,
-    Ordered,
-    Planner,
-    Sight,
-)
-from bathbot_bringup.evaluation.safety.trial.fake_localizer_node import Eyes
-from bathbot_bringup.evaluation.safety.trial.operator_node import LastPose
-from bathbot_bringup.evaluation.safety.trial.site import seen_skin
-from bathbot_bringup.evaluation.safety.trial.stroke_player import spoilt
+from bathbot_bringup.evaluation.safety.trial.stroke_player import LastPose, spoilt
 from bathbot_bringup.evaluation.safety.trial.trial_run import SpoiltTrialError, TrialRun
+from bathbot_bringup.evaluation.safety.trial.trial_site import seen_skin
 from bathbot_bringup.evaluation.safety.trial_plan import TrialPlan
 from bathbot_bringup.sim.arm.trace import TraceData
+
+if TYPE_CHECKING:
+    from bathbot_bringup.evaluation.safety.trial.fake_localizer_node import FakeLocalizer
 
 PLAYER = "stroke_player"
 WATCH = 1.2  # [s] after a fault
@@ -36,42 +33,241 @@ _MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
 _AT_END, _STAYS = 0.002, 120  # [m] of the last pose; samples: who passes by on the way is gone in less
 
 
-class Struck(NamedTuple):
+class Injected(NamedTuple):
     """What was done, by the clock of the trace."""
 
     stamp: float  # [s] when it was done; for faults of the emulator the trace tells better
-    kind: str = ""  # of an ordered fault
     path_end: LastPose | None = None  # of a path that was not gone on with
     until: float = math.inf  # [s] to which the reaction counts: then the arm may go on
 
 
-def onset(struck: Struck, trace: TraceData, strike: object) -> float:
-    """When the fault began, by the trace [s].
+class Injection(ABC):
+    """A way to make something fail.
 
-    Ordered faults: as the emulator noted. A body nearer than believed: when the true force is what counts as
-    felt. A planner that fails: when the head comes to stay within 2 mm of the last pose it was given, for up
-    to there it has good data. Skin that moved: its first picture; skin not seen: when the last picture is as
-    old as the planner allows.
-
-    Raises:
-        SpoiltTrialError: When it did not begin at all.
+    Attributes:
+        breaks_graph: Whether a process is gone afterwards, so that the graph must be started again.
+        is_touch: Whether the fault is a touch that comes early: contact is then its sign.
     """
-    if struck.kind:
-        begun = trace.event_stamp[(trace.event_kind == struck.kind) & (trace.event_phase == "begin")]
+
+    breaks_graph: ClassVar[bool] = False
+    is_touch: ClassVar[bool] = False
+
+    def strength(self, rng: np.random.Generator) -> float:
+        """Draw how strong it is; NaN where that is not a matter of chance."""
+        return math.nan
+
+    @abstractmethod
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Bring the arm into the phase, let the fault happen, and watch.
+
+        Raises:
+            SpoiltTrialError: When the arm does not come into the phase.
+        """
+
+    def onset(self, injected: Injected, trace: TraceData) -> float:
+        """When the fault began, by the trace [s].
+
+        Raises:
+            SpoiltTrialError: When it did not begin at all.
+        """
+        return injected.stamp
+
+
+@dataclass(frozen=True, slots=True)
+class Ordered(Injection):
+    """A fault of the emulated controller, ordered on `sim_fault`; it begins when the emulator says so."""
+
+    kind: str
+    lowest: float | None = None  # of its value; None: the kind's own
+    highest: float | None = None
+    duration: float = 0.6  # [s] after which all is well again: the arm must not go on by itself
+
+    def strength(self, rng: np.random.Generator) -> float:
+        """Draw its value."""
+        if self.lowest is None or self.highest is None:
+            return math.nan
+        if isinstance(self.lowest, int):
+            return float(rng.integers(self.lowest, self.highest + 1))
+        return float(rng.uniform(self.lowest, self.highest))
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Order it."""
+        run.bring_about()
+        fault: dict[str, float | str] = {"kind": self.kind, "after": plan.offset, "duration": self.duration}
+        if math.isfinite(plan.value):
+            fault["value"] = plan.value
+        stamp = time.monotonic()
+        run.operator.sim.order(fault)
+        run.play(max(self.duration + 0.5, WATCH))
+        return Injected(stamp)
+
+    def onset(self, injected: Injected, trace: TraceData) -> float:
+        """As the emulator noted."""
+        begun = trace.event_stamp[(trace.event_kind == self.kind) & (trace.event_phase == "begin")]
         if not len(begun):
-            raise SpoiltTrialError(f"the emulator did not begin the fault {struck.kind}")
+            raise SpoiltTrialError(f"the emulator did not begin the fault {self.kind}")
         return float(begun[0])
-    if isinstance(strike, Nearer):
+
+
+@dataclass(frozen=True, slots=True)
+class Jammed(Ordered):
+    """The joint that moves fastest does not move any more."""
+
+    kind: str = "following_error"
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Jam the joint that is fastest when the moment has come."""
+        run.bring_about()
+        stamp, joint = time.monotonic(), run.operator.fastest_joint()
+        order = {"kind": self.kind, "after": plan.offset, "duration": self.duration, "value": joint}
+        run.operator.sim.order(order)
+        run.play(WATCH)
+        return Injected(stamp)
+
+
+@dataclass(frozen=True, slots=True)
+class Nearer(Injection):
+    """A body nearer than the target says; the fault is the touch that comes early."""
+
+    distance: float  # [m]
+    is_touch: ClassVar[bool] = True
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Have the arm seek skin behind the skin."""
+        stamp = time.monotonic()
+        run.bring_about(self.distance)
+        run.play(WATCH + 1.0)
+        return Injected(stamp)
+
+    def onset(self, injected: Injected, trace: TraceData) -> float:
+        """When the true force is what counts as felt."""
         felt = np.linalg.norm(trace.force, axis=1) >= shipped_force_limits().contact
         return _first(trace, felt, "the brush did not touch")
-    if struck.path_end is not None:
-        near = np.linalg.norm(trace.head - struck.path_end.position, axis=1) < _AT_END
-        after = trace.stamp > max(struck.stamp, struck.path_end.stamp)
-        stays = (
-            np.convolve(near & after, np.ones(_STAYS), "full")[_STAYS - 1 :] > _STAYS - 0.5
-        )  # from here on
-        return _first(trace, stays, "the path did not run out")
-    return struck.stamp
+
+
+@dataclass(frozen=True, slots=True)
+class Frozen(Injection):
+    """A process that does not run for a while."""
+
+    node: str
+    duration: float  # [s]
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Stop the process, and let it go on."""
+        run.bring_about()
+        stamp = run.graph.freeze(self.node)
+        run.play(self.duration)
+        run.graph.thaw(self.node)
+        run.play(WATCH)
+        return Injected(stamp)
+
+
+@dataclass(frozen=True, slots=True)
+class Killed(Injection):
+    """A process that dies at once."""
+
+    node: str
+    breaks_graph: ClassVar[bool] = True
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Kill the process."""
+        run.bring_about()
+        stamp = run.graph.kill(self.node)
+        run.play(WATCH)
+        return Injected(stamp)
+
+
+class SilentPlanner(Injection):
+    """The planner sends no segment any more.
+
+    The fault begins when the head comes to stay at the end of what it was given: up to there it has good
+    data. So with every planner that fails.
+    """
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Send nothing good once a segment is due."""
+        run.bring_about()
+        run.wait_until_due()
+        stamp = time.monotonic()
+        self.send_instead(run)
+        run.wait(_RUN_OUT)
+        return Injected(stamp, path_end=run.path_end())
+
+    def send_instead(self, run: TrialRun) -> None:
+        """What is sent instead of good segments: nothing."""
+
+    def onset(self, injected: Injected, trace: TraceData) -> float:
+        """When the head comes to stay within 2 mm of the last pose it was given."""
+        end = injected.path_end
+        near = np.linalg.norm(trace.head - end.position, axis=1) < _AT_END
+        after = trace.stamp > max(injected.stamp, end.stamp)
+        from_here_on = np.convolve(near & after, np.ones(_STAYS), "full")[_STAYS - 1 :]
+        return _first(trace, from_here_on > _STAYS - 0.5, "the path did not run out")
+
+
+class BadPlanner(SilentPlanner):
+    """The planner sends segments that are not finite."""
+
+    def send_instead(self, run: TrialRun) -> None:
+        """What is sent instead of good segments: poses that are no numbers."""
+        for _ in range(5):
+            run.operator.send(spoilt(run.player.take()))
+
+
+class LatePlanner(SilentPlanner):
+    """The planner sends its next segment a second too late."""
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Keep a segment back until the path has run out, and longer."""
+        run.bring_about()
+        run.wait_until_due()
+        stamp = time.monotonic()
+        run.wait_until_starved()
+        run.wait(LATE)
+        path_end, until = run.path_end(), time.monotonic()
+        run.play(WATCH)
+        return Injected(stamp, path_end=path_end, until=until)
+
+
+class KilledPlanner(SilentPlanner):
+    """The planner's process dies at once."""
+
+    breaks_graph: ClassVar[bool] = True
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Have the stroke played by a process of its own, and kill that."""
+        _play_elsewhere(run, plan)
+        run.bring_about()
+        stamp = run.graph.kill(PLAYER)
+        run.wait(_RUN_OUT)
+        return Injected(stamp, path_end=run.path_end())
+
+
+class SkinMoved(Injection):
+    """The skin that the real planner scrubs by is seen 30 mm farther away, from the first such picture on."""
+
+    def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
+        """Have the real planner scrub, and change what it sees."""
+        run.graph.start_planner()
+        with run.graph.localizer(seen_skin(run.surface, run.target), run.target) as localizer:
+            run.feed, run.engage = lambda: None, run.operator.scrub
+            run.wait(_LOOK)
+            run.bring_about()
+            stamp = self.change(localizer)
+            run.wait(stamp - time.monotonic() + WATCH)
+        return Injected(stamp)
+
+    def change(self, localizer: "FakeLocalizer") -> float:
+        """Change what is seen; gives the time from which the planner must know [s]."""
+        return localizer.move(_MOVED)
+
+
+class SkinLost(SkinMoved):
+    """The skin is not seen any more; that begins when the last picture is as old as the planner allows."""
+
+    def change(self, localizer: "FakeLocalizer") -> float:
+        """See nothing any more; gives the time from which the planner must know [s]."""
+        return localizer.lose() + ScrubPlannerSettings().lost_after
 
 
 def _first(trace: TraceData, condition: np.ndarray, complaint: str) -> float:
@@ -81,98 +277,7 @@ def _first(trace: TraceData, condition: np.ndarray, complaint: str) -> float:
     return float(trace.stamp[found[0]])
 
 
-@singledispatch
-def strike_at(strike: object, run: TrialRun, plan: TrialPlan) -> Struck:
-    """Bring the arm into the phase, let the fault happen, and watch."""
-    raise TypeError(f"no strike: {strike!r}")
-
-
-@strike_at.register
-def _ordered(strike: Ordered, run: TrialRun, plan: TrialPlan) -> Struck:
-    run.bring_about()
-    fault: dict[str, float | str] = {"kind": strike.kind, "after": plan.offset, "duration": strike.duration}
-    if math.isfinite(plan.value):
-        fault["value"] = plan.value
-    stamp = time.monotonic()
-    run.operator.sim.order(fault)
-    run.play(max(strike.duration + 0.5, WATCH))
-    return Struck(stamp, strike.kind)
-
-
-@strike_at.register
-def _jammed(strike: Jammed, run: TrialRun, plan: TrialPlan) -> Struck:
-    run.bring_about()
-    kind, stamp = "following_error", time.monotonic()
-    joint = run.operator.fastest_joint()
-    run.operator.sim.order({"kind": kind, "after": plan.offset, "duration": strike.duration, "value": joint})
-    run.play(WATCH)
-    return Struck(stamp, kind)
-
-
-@strike_at.register
-def _nearer(strike: Nearer, run: TrialRun, plan: TrialPlan) -> Struck:
-    stamp = time.monotonic()
-    run.bring_about(strike.distance)
-    run.play(WATCH + 1.0)
-    return Struck(stamp)
-
-
-@strike_at.register
-def _frozen(strike: Frozen, run: TrialRun, plan: TrialPlan) -> Struck:
-    run.bring_about()
-    stamp = run.graph.freeze(strike.node)
-    run.play(strike.duration)
-    run.graph.thaw(strike.node)
-    run.play(WATCH)
-    return Struck(stamp)
-
-
-@strike_at.register
-def _planner(strike: Planner, run: TrialRun, plan: TrialPlan) -> Struck:
-    run.bring_about()
-    run.wait_until_due()
-    stamp = time.monotonic()
-    if strike is Planner.BAD:
-        for _ in range(5):
-            run.operator.send(spoilt(run.player.take()))
-    if strike is not Planner.LATE:
-        run.wait(_RUN_OUT)
-        return Struck(stamp, path_end=run.path_end())
-    run.wait_until_starved()
-    run.wait(LATE)
-    path_end, until = run.path_end(), time.monotonic()
-    run.play(WATCH)
-    return Struck(stamp, path_end=path_end, until=until)
-
-
-@strike_at.register
-def _killed(strike: Killed, run: TrialRun, plan: TrialPlan) -> Struck:
-    if strike.node == PLAYER:
-        play_elsewhere(run, plan)
-    run.bring_about()
-    stamp = run.graph.kill(strike.node)
-    if strike.node != PLAYER:
-        run.play(WATCH)
-        return Struck(stamp)
-    run.wait(_RUN_OUT)
-    return Struck(stamp, path_end=run.path_end())
-
-
-@strike_at.register
-def _unseen(strike: Sight, run: TrialRun, plan: TrialPlan) -> Struck:
-    run.graph.start_planner()
-    with Eyes(run.graph.client, seen_skin(run.surface, run.target), run.target) as eyes:
-        run.feed, run.engage = lambda: None, run.operator.scrub
-        run.wait(_LOOK)
-        run.bring_about()
-        stamp = (
-            eyes.move(_MOVED) if strike is Sight.MOVED else eyes.shut() + ScrubPlannerSettings().lost_after
-        )
-        run.wait(stamp - time.monotonic() + WATCH)
-    return Struck(stamp)
-
-
-def play_elsewhere(run: TrialRun, plan: TrialPlan) -> None:
+def _play_elsewhere(run: TrialRun, plan: TrialPlan) -> None:
     """Have the stroke played by a process of its own, which may be killed."""
     file = run.folder / "stroke.npz"
     np.savez(file, stroke=run.stroke, speed=plan.speed, path_id=run.player.path_id)

@@ -1,7 +1,7 @@
 """The operator of the fault matrix on the graph: asks for approaches, plays the planner, orders faults."""
 
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from bathbot_localize.messages import pose_from_transform
@@ -14,9 +14,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.evaluation.safety.fault_table import REGION
 from bathbot_bringup.evaluation.safety.measures import Report
-from bathbot_bringup.evaluation.safety.trial.stroke_player import Progress
+from bathbot_bringup.evaluation.safety.trial.stroke_player import LastPose, Progress
+from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.graph.action_node import GraphAction
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_bringup.sim.arm.sim_client_node import SimClient
@@ -26,14 +26,6 @@ from bathbot_msgs.msg import ArmState, ScrubSegment
 Array = NDArray[np.float64]
 _SERVICES = ("stop", "resume", "retract", "home")
 _ANSWER = 3.0  # [s]
-
-
-class LastPose(NamedTuple):
-    """Where the path ends that the driver was given."""
-
-    stamp: float  # [s] when it was heard
-    position: Array  # [m], shape (3,)
-    path_id: int
 
 
 class Operator:

@@ -20,6 +20,14 @@ class Progress(NamedTuple):
     path_done: bool
 
 
+class LastPose(NamedTuple):
+    """Where the path ends that the driver was given."""
+
+    stamp: float  # [s] when it was heard
+    position: Array  # [m], shape (3,)
+    path_id: int
+
+
 class StrokePlayer:
     """Gives the segment that is due, one at a time."""
 

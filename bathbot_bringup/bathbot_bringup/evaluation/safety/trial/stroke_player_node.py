@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from bathbot_scrub.rm65.guard.states import State
 
-from bathbot_bringup.evaluation.safety.fault_table import REGION
 from bathbot_bringup.evaluation.safety.trial.operator_node import Operator
 from bathbot_bringup.evaluation.safety.trial.stroke_player import StrokePlayer
+from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.graph.client_node import GraphClient
 
 _SETTLED = 0.3  # [s] in contact

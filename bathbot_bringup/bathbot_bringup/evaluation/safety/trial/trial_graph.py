@@ -5,17 +5,22 @@ import signal
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from bathbot_scrub.rm65.controller.client import ArmClient
+from numpy.typing import NDArray
 
-from bathbot_bringup.evaluation.safety.trial.operator_node import Operator
-from bathbot_bringup.evaluation.safety.trial.site import Place
+from bathbot_bringup.evaluation.safety.trial.trial_site import TrialSite
 from bathbot_bringup.graph.isolation import Ports, free_ports
 from bathbot_bringup.graph.node_table import Parameters
 from bathbot_bringup.graph.processes import Patience
 from bathbot_bringup.graph.running import START, RunningGraph, running
 
+if TYPE_CHECKING:
+    from bathbot_bringup.evaluation.safety.trial.fake_localizer_node import FakeLocalizer
+
+Array = NDArray[np.float64]
 _CONNECT = 20.0  # [s]
 _PATIENCE: Patience = ((signal.SIGINT, 4.0), (signal.SIGKILL, 2.0))
 _MEND = ({"command": "set_arm_power", "arm_power": 1}, {"command": "clear_system_err"})
@@ -26,6 +31,8 @@ class TrialGraph:
 
     def __init__(self, graph: RunningGraph, ports: Ports) -> None:
         """Add the operator to what runs; `ports` are those of the controller."""
+        from bathbot_bringup.evaluation.safety.trial.operator_node import Operator  # ROS only with a graph
+
         self._graph, self._ports = graph, ports
         self.client, self.operator = graph.client, Operator(graph.client)
 
@@ -39,6 +46,17 @@ class TrialGraph:
         if not any(child.name == name for child in self._graph.group.children):
             self._graph.start(name)
         self._graph.group.wait_until(self.client.is_active, START)
+
+    def localizer(self, skin: Array, T_base_target: Array) -> "FakeLocalizer":
+        """Play camera, detector and localiser for the real planner; a context manager.
+
+        Args:
+            skin: Organised points in the base frame [m], shape (H, W, 3).
+            T_base_target: Contact target, z into the skin, (4, 4).
+        """
+        from bathbot_bringup.evaluation.safety.trial.fake_localizer_node import FakeLocalizer
+
+        return FakeLocalizer(self.client, skin, T_base_target)
 
     def kill(self, name: str) -> float:
         """End a process at once; gives the time [s]. Nobody watches over the graph any more."""
@@ -71,19 +89,19 @@ class TrialGraph:
 
 
 @contextlib.contextmanager
-def trial_graph(seed: int, place: Place, logs: Path) -> Iterator[TrialGraph]:
+def trial_graph(seed: int, site: TrialSite, logs: Path) -> Iterator[TrialGraph]:
     """Run the graph of one seed.
 
     Args:
         seed: Of the person.
-        place: Where the arm waits.
+        site: Where the arm waits.
         logs: Folder for the logs.
 
     Raises:
         BringupError: When it does not come up.
     """
     ports = free_ports()
-    ready = [float(angle) for angle in np.degrees(place.ready)]
+    ready = [float(angle) for angle in np.degrees(site.ready)]
     nodes: dict[str, Parameters] = {
         "sim_rm65": {"seed": seed, "port": ports.tcp, "udp_port": ports.udp, "joints_deg": ready,
                      "epoch": time.time()},

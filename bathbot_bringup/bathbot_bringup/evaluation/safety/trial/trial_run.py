@@ -1,4 +1,4 @@
-"""One trial on a running graph: bring the arm into a phase, strike, watch, and bring it back."""
+"""One trial on a running graph: bring the arm into a phase, let time pass, and bring it back."""
 
 import itertools
 import time
@@ -11,12 +11,10 @@ from bathbot_scrub.rm65.motion.commanded_motion import ARRIVALS, MotionKind
 from numpy.typing import NDArray
 
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.evaluation.safety.fault_table import REGION, Phase
-from bathbot_bringup.evaluation.safety.trial.operator_node import LastPose
-from bathbot_bringup.evaluation.safety.trial.site import Place
-from bathbot_bringup.evaluation.safety.trial.stroke_player import SPACING, StrokePlayer
+from bathbot_bringup.evaluation.safety.trial.stroke_player import SPACING, LastPose, StrokePlayer
 from bathbot_bringup.evaluation.safety.trial.trial_graph import TrialGraph
-from bathbot_bringup.evaluation.safety.trial_plan import TrialPlan
+from bathbot_bringup.evaluation.safety.trial.trial_site import TrialSite
+from bathbot_bringup.evaluation.safety.trial_plan import REGION, Phase, TrialPlan
 
 Array = NDArray[np.float64]
 STANDOFF = {
@@ -44,15 +42,15 @@ class SpoiltTrialError(BringupError):
 class TrialRun:
     """The arm's side of one trial."""
 
-    def __init__(self, graph: TrialGraph, place: Place, plan: TrialPlan, folder: Path) -> None:
-        """Prepare a trial at a place; `folder` takes its files."""
+    def __init__(self, graph: TrialGraph, site: TrialSite, plan: TrialPlan, folder: Path) -> None:
+        """Prepare a trial at a site; `folder` takes its files."""
         self.graph, self._plan, self.folder = graph, plan, folder
         self.operator, self._spin = graph.operator, graph.client.spin_until
         x, y = plan.shift
-        self.target = place.target((x * place.room, y * place.room), plan.heading)
-        self.stroke = place.stroke(self.target, 0.5 * place.room, SPACING, DEPTH)
+        self.target = site.target((x * site.room, y * site.room), plan.heading)
+        self.stroke = site.stroke(self.target, 0.5 * site.room, SPACING, DEPTH)
         self.player = StrokePlayer(next(_paths), REGION, self.stroke, plan.speed)
-        self.surface = place.surface
+        self.surface = site.surface
         self.feed = self._feed  # plays the planner; replaced where another process does
         self.engage = lambda: None  # asks that process to begin
         self._result: Any = None

@@ -1,7 +1,13 @@
-"""All trials of one seed, on one graph for as long as it lives."""
+"""All trials of one seed, on one graph for as long as it lives, and the program that runs them.
+
+The program writes one line of JSON a trial.
+"""
 
 import contextlib
+import json
 import math
+import signal
+import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,7 +19,7 @@ from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.guard.states import State
 
 from bathbot_bringup.errors import BringupError
-from bathbot_bringup.evaluation.safety.fault_table import REGION, Duty, FaultCase, Nearer, Phase, Strike
+from bathbot_bringup.evaluation.safety.fault_table import FaultCase, choose_faults
 from bathbot_bringup.evaluation.safety.measures import (
     ALARMED,
     STANDS,
@@ -24,12 +30,12 @@ from bathbot_bringup.evaluation.safety.measures import (
     retract_begins,
     retract_delay,
 )
-from bathbot_bringup.evaluation.safety.trial.fault_injection import onset, strike_at
-from bathbot_bringup.evaluation.safety.trial.site import Place, find_place
 from bathbot_bringup.evaluation.safety.trial.trial_graph import TrialGraph, trial_graph
 from bathbot_bringup.evaluation.safety.trial.trial_run import SpoiltTrialError, TrialRun
-from bathbot_bringup.evaluation.safety.trial_plan import plan_trial
+from bathbot_bringup.evaluation.safety.trial.trial_site import TrialSite, find_site
+from bathbot_bringup.evaluation.safety.trial_plan import REGION, Duty, Phase
 from bathbot_bringup.evaluation.safety.trial_result import Bounds, TrialResult, judge
+from bathbot_bringup.graph.interruption import interrupt
 from bathbot_bringup.sim.arm.trace import TraceData, load_trace
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
@@ -46,11 +52,11 @@ class SeedRun:
     """Runs trials of one seed and starts the graph again where one has broken it."""
 
     def __init__(self, seed: int, folder: Path) -> None:
-        """Find the place; `folder` takes logs and traces."""
+        """Find the site; `folder` takes logs and traces."""
         self._seed, self._folder = seed, folder
         self._kinematics = Kinematics()
         surface = BathroomScene(seed).surface(load_scenario(SCENARIO))
-        self._place: Place = find_place(surface, self._kinematics)
+        self._site: TrialSite = find_site(surface, self._kinematics)
         region = shipped_force_limits().region(REGION)
         self._bounds = Bounds(region.retract, region.hard_stop)
         self._graphs = contextlib.ExitStack()
@@ -64,7 +70,7 @@ class SeedRun:
             tell: Takes each result, or what could not be done: fault, seed and reason.
         """
         with self._graphs:
-            for case in sorted(cases, key=lambda case: case.breaks_graph):
+            for case in sorted(cases, key=lambda case: case.injection.breaks_graph):
                 tell(self._try(case))
 
     def _try(self, case: FaultCase) -> TrialResult | dict[str, Any]:
@@ -80,19 +86,19 @@ class SeedRun:
         return {"fault": case.name, "seed": self._seed, "reason": reason}
 
     def _trial(self, case: FaultCase, attempt: int) -> TrialResult:
-        plan, graph = plan_trial(case, self._seed), self._open()
+        plan, graph = case.plan(self._seed), self._open()
         plan = plan._replace(delay=plan.delay + _LATER * (attempt - 1))
-        run = TrialRun(graph, self._place, plan, self._folder)
+        run = TrialRun(graph, self._site, plan, self._folder)
         try:
-            struck = strike_at(case.strike, run, plan)
+            injected = case.injection.inject(run, plan)
             trace, reports = self._trace(run, case, attempt), list(run.operator.reports)
         except SpoiltTrialError:
             self._leave(run, case)
             raise
         self._leave(run, case)
-        fault = onset(struck, trace, case.strike)
-        trace = until(trace, struck.until)
-        demand_phase(trace, fault, plan.phase, case.strike)
+        fault = case.injection.onset(injected, trace)
+        trace = until(trace, injected.until)
+        demand_phase(trace, fault, plan.phase, case.injection.is_touch)
         said = (report.reason for report in reports if report.stamp > fault and report.reason)
         return judge(
             case, self._seed, plan, self._measure(case, plan.phase, trace, fault, reports),
@@ -105,7 +111,7 @@ class SeedRun:
         self, case: FaultCase, phase: Phase, trace: TraceData, fault: float, reports: Sequence[Report]
     ) -> Reaction:
         """The reaction; contact tells of a body that is nearer, the first frame of a retract of a push."""
-        alarms = (State.CONTACT, *ALARMED) if isinstance(case.strike, Nearer) else ALARMED
+        alarms = (State.CONTACT, *ALARMED) if case.injection.is_touch else ALARMED
         reaction = react(trace, fault, phase, case.duty, reports, alarms)
         if case.duty is not Duty.LEAVE:
             return reaction
@@ -119,13 +125,13 @@ class SeedRun:
 
     def _leave(self, run: TrialRun, case: FaultCase) -> None:
         """Bring the arm back, or have the graph started again."""
-        if case.breaks_graph or not _recovers(run):
+        if case.injection.breaks_graph or not _recovers(run):
             self._close()
 
     def _open(self) -> TrialGraph:
         if self._graph is None:
             self._graph = self._graphs.enter_context(
-                trial_graph(self._seed, self._place, self._folder / f"logs-{time.monotonic_ns()}")
+                trial_graph(self._seed, self._site, self._folder / f"logs-{time.monotonic_ns()}")
             )
         return self._graph
 
@@ -151,8 +157,14 @@ def until(trace: TraceData, end: float) -> TraceData:
     )
 
 
-def demand_phase(trace: TraceData, fault: float, phase: Phase, strike: Strike) -> None:
+def demand_phase(trace: TraceData, fault: float, phase: Phase, touched: bool) -> None:
     """Insist that the fault met the arm in the phase that was meant.
+
+    Args:
+        trace: From before the fault.
+        fault: When it struck [s].
+        phase: What the arm was meant to be about.
+        touched: Whether it was meant to touch in any phase.
 
     Raises:
         SpoiltTrialError: When it did not.
@@ -163,9 +175,47 @@ def demand_phase(trace: TraceData, fault: float, phase: Phase, strike: Strike) -
     speed = float(np.linalg.norm(head_velocity(trace)[before], axis=1).mean())
     lately = slice(*np.searchsorted(trace.stamp, (fault - _LATELY, fault)))
     touches = bool((np.linalg.norm(trace.force[lately], axis=1) > 0.0).any())
-    touching = phase in (Phase.REST, Phase.SCRUB) or isinstance(strike, Nearer)
+    touching = phase in (Phase.REST, Phase.SCRUB) or touched
     if touches is not touching or (speed < STANDS) is not (phase is Phase.REST):
         raise SpoiltTrialError(
             f"the fault did not meet the arm in phase {phase.value}: {1e3 * speed:.0f} mm/s, "
             f"{'in' if touches else 'no'} contact"
         )
+
+
+def work(seed: int, names: list[str], folder: Path) -> None:
+    """Run the trials of a seed.
+
+    Args:
+        seed: Which.
+        names: Of the faults.
+        folder: For traces, logs and `results.jsonl`.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    cases = choose_faults(names)
+    with (folder / "results.jsonl").open("w", encoding="utf-8") as file:
+
+        def tell(result: TrialResult | dict[str, Any]) -> None:
+            entry = result._asdict() if isinstance(result, TrialResult) else result
+            file.write(json.dumps(entry) + "\n")  # Infinity and NaN are read back by our own json
+            file.flush()
+
+        try:
+            SeedRun(seed, folder).run(cases, tell)
+        except BringupError as error:
+            print(error, file=sys.stderr)
+            raise SystemExit(1) from error
+
+
+def main() -> None:
+    """Run with: seed, names of faults with commas between, folder."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
+    try:
+        work(int(sys.argv[1]), sys.argv[2].split(","), Path(sys.argv[3]))
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
+
+
+if __name__ == "__main__":
+    main()

@@ -10,14 +10,14 @@ from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
 from numpy.typing import NDArray
 
 from bathbot_bringup.errors import InputError
-from bathbot_bringup.evaluation.safety.fault_table import REGION
+from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.sim.brush import SkinSurface
 from bathbot_bringup.sim.scene import true_camera_pose
 
 Array = NDArray[np.float64]
 READY = 0.20  # [m] off the skin, where the arm waits for a trial
-_ROOMS = (0.05, 0.04, 0.03)  # [m] about the place that must be skin within reach: the widest there is
-_SLOPE = np.cos(np.radians(40.0))  # of the skin about the place
+_ROOMS = (0.05, 0.04, 0.03)  # [m] about the site that must be skin within reach: the widest there is
+_SLOPE = np.cos(np.radians(40.0))  # of the skin about the site
 _ROUND = 0.02  # [m] over which the normal is averaged
 _BRUSH = 0.72 * SCRUB_HEAD.brush_radius  # [m] from its middle to where the bristles do not give way sideways
 _RIM = _BRUSH * np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], axis=-1)
@@ -28,34 +28,32 @@ _SIGHT, _PIXEL = 0.13, 0.0025  # [m] to either side of a target, between points
 
 
 @dataclass(frozen=True)
-class Place:
-    """A place on the skin with its frame.
+class TrialSite:
+    """A site on the skin with its frame.
 
     Attributes:
-        T_base_place: Origin on the skin, z into it, shape (4, 4).
+        T_base_site: Origin on the skin, z into it, shape (4, 4).
         ready: Joints with the head at `READY` before it [rad], shape (6,).
         room: Radius about it that is skin within reach [m].
         surface: The skin.
     """
 
-    T_base_place: Array
+    T_base_site: Array
     ready: Array
     room: float
     surface: SkinSurface
 
     def target(self, shift: tuple[float, float], heading: float) -> Array:
-        """Head pose on the skin beside the place, (4, 4).
+        """Head pose on the skin beside the site, (4, 4).
 
         Args:
-            shift: Along x and y of the place [m].
+            shift: Along x and y of the site [m].
             heading: By which y, the direction of a stroke, is turned about z [rad].
         """
         cos, sin = np.cos(heading), np.sin(heading)
-        T = self.T_base_place.copy()
+        T = self.T_base_site.copy()
         T[:3, :3] = T[:3, :3] @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        return facing(self.surface, on_skin(self.surface, T, np.array([self.T_base_place[:3, :2] @ shift])))[
-            0
-        ]
+        return facing(self.surface, on_skin(self.surface, T, np.array([self.T_base_site[:3, :2] @ shift])))[0]
 
     def stroke(self, T_base_target: Array, half: float, step: float, depth: float) -> Array:
         """Head poses along y of a target, to and fro once, shape (N, 4, 4), the head facing the skin.
@@ -131,8 +129,8 @@ def seen_skin(surface: SkinSurface, T_base_target: Array) -> Array:
     return points.reshape(*u.shape, 3)
 
 
-def find_place(surface: SkinSurface, kinematics: Kinematics) -> Place:
-    """The place on the trunk, seen from the camera, with most room about it and most for the wrist.
+def find_site(surface: SkinSurface, kinematics: Kinematics) -> TrialSite:
+    """The site on the trunk, seen from the camera, with most room about it and most for the wrist.
 
     Raises:
         InputError: When there is none.
@@ -140,9 +138,9 @@ def find_place(surface: SkinSurface, kinematics: Kinematics) -> Place:
     frames = _seen(surface, true_camera_pose())
     for room in _ROOMS:
         found = [_reachable(T, room, surface, kinematics) for T in frames]
-        places = [entry for entry in found if entry is not None]
-        if places:
-            return max(places, key=lambda entry: entry[0])[1]
+        sites = [entry for entry in found if entry is not None]
+        if sites:
+            return max(sites, key=lambda entry: entry[0])[1]
     raise InputError(f"the arm reaches no place of {REGION} of this person; take another seed")
 
 
@@ -169,8 +167,8 @@ def _frame(origin: Array, z: Array) -> Array:
 
 def _reachable(
     T: Array, room: float, surface: SkinSurface, kinematics: Kinematics
-) -> tuple[float, Place] | None:
-    """The place and how far the wrist is from its flip; None where skin or arm do not reach all about."""
+) -> tuple[float, TrialSite] | None:
+    """The site and how far the wrist is from its flip; None where skin or arm do not reach all about."""
     normals = _normals(surface, T, _ROUND)
     if normals is None:
         return None
@@ -190,7 +188,7 @@ def _reachable(
     if not np.isfinite(waiting).any():
         return None
     bend = float(np.abs(solutions[:, common, 4]).min(axis=0).max())
-    return bend, Place(T, nearest(waiting, installed_arm().home), room, surface)
+    return bend, TrialSite(T, nearest(waiting, installed_arm().home), room, surface)
 
 
 def _even(surface: SkinSurface, T: Array, offsets: Array) -> Array | None:
