@@ -33,6 +33,7 @@ SHORT = {
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",
     "bathbot_scrub/rm65/timing/priority.py": "what may be asked of the scheduler; three share it",
     "bathbot_bringup/sim/faults/lasting_fault.py": "the type that schedule and places share",
+    "bathbot_bringup/bench/machine.py": "what a time was measured on; four share it",
     "bathbot_bringup/bathing/nodes.py": "table of the demo's nodes and their parameters",
     "bathbot_bringup/sim/camera/d455_frames.py": "table of the camera's frames",
     "bathbot_bringup/evaluation/depth/conditions.py": "table of the conditions",

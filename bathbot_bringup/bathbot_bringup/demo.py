@@ -13,6 +13,7 @@ from bathbot_bringup.graph.isolation import free_ports
 from bathbot_bringup.graph.running import started
 from bathbot_bringup.graph.stages import StageLog
 from bathbot_bringup.report.report import Outcome, report_run
+from bathbot_bringup.report.summary_table import print_summary
 
 START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
 BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
@@ -46,7 +47,9 @@ def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
     outcome = Outcome(job.failure, job.epoch, job.sighting, log.times, log.elapsed)
     with log.stage("report", "compare with the simulated truth"):
         summary = report_run(settings, outcome)
-    log.show_summary(summary, settings.out)
+    print_summary(log.console, summary)
+    files = sorted(file.name for file in settings.out.iterdir() if file.is_file())
+    log.say(f"results are in {settings.out}: {', '.join(files)}")
     if interrupted:
         raise KeyboardInterrupt
     return 0 if summary["done"] else 1

@@ -9,7 +9,7 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from bathbot_bringup.calibration.coach import CoachScreen, CoachState, Gathering, pose_words, render
+from bathbot_bringup.calibration.coach import CoachLoop, CoachScreen, CoachState, pose_words, render
 from bathbot_bringup.calibration.coach_node import coach
 from bathbot_bringup.calibration.depth_job import Job
 from bathbot_bringup.errors import InputError
@@ -75,12 +75,12 @@ def test_enter_calibrates_with_enough_views(monkeypatch, count):
     keyboard, line = os.openpty()
     with os.fdopen(line) as stdin, os.fdopen(keyboard, "w") as keys:
         monkeypatch.setattr(sys, "stdin", stdin)
-        gathering = Gathering(views, screen)
-        assert not gathering.done()
+        loop = CoachLoop(views, screen)
+        assert not loop.done()
         keys.write("\n")
         keys.flush()
-        gathering.work()
-    assert gathering.done() == (count == 10)
+        loop.work()
+    assert loop.done() == (count == 10)
     assert screen.state.present == poses[0]
     assert ("3 views are too few, 10 are needed" in screen.state.event) == (count == 3)
 

@@ -7,9 +7,9 @@ import pytest
 from bathbot_bringup.bag.recorder import Recorder, Topic
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
-from bathbot_bringup.graph.summary_table import spread, table_rows
 from bathbot_bringup.report.report import Outcome, report_run
 from bathbot_bringup.report.run_data import read_run
+from bathbot_bringup.report.summary_table import spread, table_rows
 from bathbot_bringup.report.truth import Truth
 from bathbot_depthcorr.ros.messages import stamp_from_seconds
 from bathbot_localize.messages import pose_from_transform

@@ -10,8 +10,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from bathbot_bringup.bench.arm_stream import watch_arm
-from bathbot_bringup.bench.depth import machine
 from bathbot_bringup.bench.ik import bench_ik
+from bathbot_bringup.bench.machine import machine, machine_words
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.files import log_folder, write_json
 
@@ -53,10 +53,9 @@ def bench_arm(bench: ArmBench, json_file: Path | None) -> None:
 
 def arm_table(numbers: Mapping[str, Any]) -> Table:
     """The results beside what they must be."""
-    here = numbers["machine"]
     table = Table(
         "what", "measured", "must be", title="the arm on this machine",
-        caption=f"{here['cores']} cores, {here['cpu']}, load {here['load']:.1f}",
+        caption=machine_words(numbers["machine"]),
     )  # fmt: skip
     table.add_row("inverse kinematics, us a pose of a path", f"{numbers['ik_us_per_pose']:.2f}", "<= 5")
     for key, name in (("eaik", "EAIK"), ("pin", "Pinocchio")):

@@ -1,6 +1,5 @@
 """`bathbot bench depth`: is the live correction fast enough for the camera, and at what cost?"""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from bathbot_bringup.bench.apply import ApplyTime, time_apply
+from bathbot_bringup.bench.machine import machine, machine_words
 from bathbot_bringup.bench.scene import bench_camera, bench_corrections, bench_frames
 from bathbot_bringup.bench.stream import StreamResult, watch_stream
 from bathbot_bringup.errors import InputError
@@ -65,16 +65,6 @@ def bench_depth(bench: DepthBench, json_file: Path | None) -> None:
         write_json(json_file, numbers)
 
 
-def machine() -> dict[str, Any]:
-    """Cores, processor and present load of this machine: without them a time says little."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return {"cores": os.cpu_count(), "cpu": models[0] if models else "unknown", "load": os.getloadavg()[0]}
-
-
 def _numbers(applied: dict[str, ApplyTime], stream: StreamResult) -> dict[str, Any]:
     latency = np.percentile(stream.latencies_ms, (50, 99)) if stream.got else (float("nan"),) * 2
     models = {name: times._asdict() for name, times in applied.items()}
@@ -87,11 +77,10 @@ def _numbers(applied: dict[str, ApplyTime], stream: StreamResult) -> dict[str, A
 
 
 def _print(console: Console, numbers: dict[str, Any]) -> None:
-    here = numbers["machine"]
     stream = f"{numbers['size']} at {numbers['rate_hz']:g} Hz for {numbers['seconds']:g} s"
     table = Table(
         "what", "measured", "at most", title=f"depth correction, {stream}",
-        caption=f"{here['cores']} cores, {here['cpu']}, load {here['load']:.1f}",
+        caption=machine_words(numbers["machine"]),
     )  # fmt: skip
     for name, times in numbers["models"].items():
         applied = f"{times['apply_over_copy']:.2f}  ({times['apply_ms']:.2f} / {times['copy_ms']:.2f} ms)"

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from bathbot_bringup.bench.depth import machine
+from bathbot_bringup.bench.machine import machine, machine_words
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.files import write_json
 from bathbot_bringup.graph.message_types import message_class
@@ -117,11 +117,10 @@ def _timed(call: Callable[[], Any]) -> float:
 
 
 def _print(console: Console, numbers: dict[str, Any]) -> None:
-    here = numbers["machine"]
     table = Table(
         "model", "node [ms]", "ONNX Runtime alone [ms]", "node over runtime", "pictures/s",
         title=f"skin detector, {numbers['size_px']} px, {numbers['threads']} threads", title_justify="left",
-        caption=f"{here['cores']} cores, {here['cpu']}, load {here['load']:.1f}",
+        caption=machine_words(numbers["machine"]),
     )  # fmt: skip
     for name, one in numbers["models"].items():
         ratio, rate = one["node"] / one["runtime"], 1e3 / one["node"]

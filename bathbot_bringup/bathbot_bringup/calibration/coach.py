@@ -1,4 +1,4 @@
-"""What the calibration coach shows: goals with their views, what the camera sees, what to do next."""
+"""The calibration coach: what it shows - goals, what the camera sees, what to do next - and its loop."""
 
 import select
 import sys
@@ -21,6 +21,8 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
+
+_GLANCE = 0.3  # [s] between two looks while the camera moves
 
 
 class CoachState(NamedTuple):
@@ -102,10 +104,7 @@ class CoachScreen:
             self._told = state.event
 
 
-_GLANCE = 0.3  # [s] between two looks while the camera moves
-
-
-class Gathering:
+class CoachLoop:
     """Looks at still moments, and at where the camera is in between, and shows what came of it."""
 
     def __init__(self, views: LiveViews, screen: CoachScreen) -> None:

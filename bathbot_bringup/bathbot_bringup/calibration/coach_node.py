@@ -32,7 +32,7 @@ from rclpy.qos import qos_profile_sensor_data
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 
-from bathbot_bringup.calibration.coach import CoachScreen, Gathering
+from bathbot_bringup.calibration.coach import CoachLoop, CoachScreen
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.graph.client_node import GraphClient
 
@@ -59,21 +59,21 @@ def coach(board: Chessboard, camera: str = "camera/camera", patience: float = PA
                 f"nothing on {', '.join(listener.silent())} within {patience:.0f} s; is the camera running, "
                 "and is its namespace as --camera says?"
             )
-        gathering = Gathering(listener.begin(board), screen)
+        loop = CoachLoop(listener.begin(board), screen)
 
         def watch() -> None:
             listener.check()
-            gathering.work()
+            loop.work()
 
         client.watch = watch
         notes = []
         try:
-            client.spin_until(gathering.done, float("inf"))
+            client.spin_until(loop.done, float("inf"))
         except (KeyboardInterrupt, InputError) as stop:
-            if len(gathering.views.poses) < BOARD_DEMANDS.views:
+            if len(loop.views.poses) < BOARD_DEMANDS.views:
                 raise
             notes = [str(stop)] if isinstance(stop, InputError) else []
-        return gathering.views.recording(listener.health)._replace(notes=notes)
+        return loop.views.recording(listener.health)._replace(notes=notes)
 
 
 class _Listener:

@@ -14,7 +14,7 @@ from rich.console import Console
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.files import write_json
 from bathbot_bringup.graph.processes import Patience, ProcessGroup, node_environment
-from bathbot_bringup.graph.summary_table import print_spread, spread
+from bathbot_bringup.report.summary_table import print_spread, spread
 
 _PATIENCE: Patience = ((signal.SIGINT, 40.0), (signal.SIGKILL, 2.0))  # a demo ends its own processes first
 

@@ -37,7 +37,7 @@ def prefixes() -> list[Path]:
     return listed if here in listed else [*listed, here]
 
 
-def share_folder(package: str) -> Path:
+def package_folder(package: str) -> Path:
     """Find the folder that holds `config/` and `launch/` of a package.
 
     Raises:
@@ -60,7 +60,7 @@ def config_file(package: str, name: str) -> Path:
     Raises:
         InputError: When there is no such file; the message lists those that exist.
     """
-    folder = share_folder(package) / "config"
+    folder = package_folder(package) / "config"
     file = folder / name
     if not file.is_file():
         known = ", ".join(sorted(entry.name for entry in folder.glob("*"))) or "none"

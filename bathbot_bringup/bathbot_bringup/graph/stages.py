@@ -1,23 +1,24 @@
 """Stages of a job on the terminal: a moving bar for a person, plain lines for a log file."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
-from bathbot_bringup.graph.summary_table import print_summary
-
 
 class StageLog:
-    """Shows stages one after the other and keeps how long each took."""
+    """Shows stages one after the other.
+
+    Attributes:
+        console: Where it prints.
+        times: How long each stage took, by its name [s].
+    """
 
     def __init__(self, console: Console | None = None) -> None:
         """Begin to count time."""
-        self._console = console or Console(highlight=False)
+        self.console = console or Console(highlight=False)
         self._begun = time.monotonic()
         self._bar: Progress | None = None
         self._task: TaskID | None = None
@@ -30,7 +31,7 @@ class StageLog:
 
     def say(self, text: str) -> None:
         """Print one line."""
-        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+        self.console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def note(self, text: str) -> None:
         """Print one line below the stage it belongs to."""
@@ -54,24 +55,18 @@ class StageLog:
 
     @contextmanager
     def _moving(self, about: str) -> Iterator[None]:
-        if not self._console.is_terminal:
+        if not self.console.is_terminal:
             yield
             return
         columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(24), TimeElapsedColumn())
         with Progress(
-            *columns, TextColumn("{task.fields[detail]}"), console=self._console, transient=True
+            *columns, TextColumn("{task.fields[detail]}"), console=self.console, transient=True
         ) as bar:
             self._bar, self._task = bar, bar.add_task(about, total=None, detail="")
             try:
                 yield
             finally:
                 self._bar = self._task = None
-
-    def show_summary(self, summary: Mapping[str, Any], out: Path) -> None:
-        """Print the table of one run and where its files are."""
-        print_summary(self._console, summary)
-        files = sorted(file.name for file in out.iterdir() if file.is_file())
-        self.say(f"results are in {out}: {', '.join(files)}")
 
     def progress(self, fraction: float, detail: str) -> None:
         """Move the bar of the running stage: share done, 0..1, and a few words."""

@@ -9,11 +9,11 @@ from typing import Any
 from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
 
 from bathbot_bringup.files import write_file
-from bathbot_bringup.graph.summary_table import table_rows
 from bathbot_bringup.report import figures
 from bathbot_bringup.report.coverage import patch_frame
 from bathbot_bringup.report.measures import RunMeasures
 from bathbot_bringup.report.run_data import Run
+from bathbot_bringup.report.summary_table import table_rows
 from bathbot_bringup.sim.brush import Brush
 
 _BRUSH = Brush()

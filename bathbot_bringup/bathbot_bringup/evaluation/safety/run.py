@@ -13,7 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from bathbot_bringup.bench.depth import machine
+from bathbot_bringup.bench.machine import machine
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.evaluation.safety.fault_table import FaultCase, choose_faults
 from bathbot_bringup.evaluation.safety.figure import save_figure

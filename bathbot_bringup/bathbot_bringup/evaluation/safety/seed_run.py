@@ -38,7 +38,7 @@ from bathbot_bringup.evaluation.safety.trial_result import Bounds, TrialResult, 
 from bathbot_bringup.graph.interruption import interrupt
 from bathbot_bringup.sim.arm.trace import TraceData, load_trace
 from bathbot_bringup.sim.scenario import load_scenario
-from bathbot_bringup.sim.scene import BathroomScene
+from bathbot_bringup.sim.scene import BathroomScene, true_camera_pose
 
 SCENARIO = "calm"  # sim_rm65's own
 _ATTEMPTS = 4
@@ -56,7 +56,7 @@ class SeedRun:
         self._seed, self._folder = seed, folder
         self._kinematics = Kinematics()
         surface = BathroomScene(seed).surface(load_scenario(SCENARIO))
-        self._site: TrialSite = find_site(surface, self._kinematics)
+        self._site: TrialSite = find_site(surface, true_camera_pose(), self._kinematics)
         region = shipped_force_limits().region(REGION)
         self._bounds = Bounds(region.retract, region.hard_stop)
         self._graphs = contextlib.ExitStack()

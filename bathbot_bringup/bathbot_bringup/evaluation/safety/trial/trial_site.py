@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.sim.brush import SkinSurface
-from bathbot_bringup.sim.scene import true_camera_pose
 
 Array = NDArray[np.float64]
 READY = 0.20  # [m] off the skin, where the arm waits for a trial
@@ -129,13 +128,13 @@ def seen_skin(surface: SkinSurface, T_base_target: Array) -> Array:
     return points.reshape(*u.shape, 3)
 
 
-def find_site(surface: SkinSurface, kinematics: Kinematics) -> TrialSite:
+def find_site(surface: SkinSurface, T_base_camera: Array, kinematics: Kinematics) -> TrialSite:
     """The site on the trunk, seen from the camera, with most room about it and most for the wrist.
 
     Raises:
         InputError: When there is none.
     """
-    frames = _seen(surface, true_camera_pose())
+    frames = _seen(surface, T_base_camera)
     for room in _ROOMS:
         found = [_reachable(T, room, surface, kinematics) for T in frames]
         sites = [entry for entry in found if entry is not None]

@@ -11,7 +11,7 @@ PACKAGES = ("bathbot_bringup", "bathbot_depthcorr", "bathbot_localize", "bathbot
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_a_checkout_is_found_beside_its_package(package):
-    assert (installation.share_folder(package) / "package.xml").is_file()
+    assert (installation.package_folder(package) / "package.xml").is_file()
 
 
 def test_an_installed_package_is_found_in_its_prefix(tmp_path, monkeypatch):
@@ -23,7 +23,7 @@ def test_an_installed_package_is_found_in_its_prefix(tmp_path, monkeypatch):
 
 def test_a_missing_package_says_what_to_try():
     with pytest.raises(InputError, match="no_such_package is not installed; run `make setup`"):
-        installation.share_folder("no_such_package")
+        installation.package_folder("no_such_package")
 
 
 def test_a_missing_file_lists_those_that_exist():
