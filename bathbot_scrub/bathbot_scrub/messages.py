@@ -17,10 +17,10 @@ from sensor_msgs.msg import JointState, PointCloud2
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets
 from bathbot_scrub.errors import NotReadyError
+from bathbot_scrub.job.scrub_job import ArmReport, Outcome
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.scrub_job import ArmReport, Outcome
 from bathbot_scrub.segment.messages import header_at
 
 Array = NDArray[np.float64]

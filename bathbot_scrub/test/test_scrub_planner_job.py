@@ -5,10 +5,10 @@ import time
 import numpy as np
 import pytest
 from bathbot_scrub.errors import NotReadyError, SurfaceError
+from bathbot_scrub.job.scrub_job import ArmReport, Code, Outcome, ScrubJob, refusal
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.scrub_job import ArmReport, Code, Outcome, ScrubJob, refusal
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from synthetic_skin import cylinder, plane, target
 
@@ -22,7 +22,7 @@ class Rig:
         self.segments, self.outcome, self.under_head, self.now = [], None, 0, 0.0
         plan = plan or (lambda: PathPlanner(Task(cylinder(), 0.0, target()), settings))
         self.job = ScrubJob(
-            7, plan, lambda segment, _: self.segments.append(segment),
+            7, plan, lambda segment, *_: self.segments.append(segment),
             lambda outcome: setattr(self, "outcome", outcome), lambda: self.now, settings,
         )  # fmt: skip
         self.say()

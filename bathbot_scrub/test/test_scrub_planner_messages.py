@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_scrub.errors import NotReadyError, OutOfReachError, SurfaceError, TargetLostError
+from bathbot_scrub.job.scrub_job import Code, Outcome, code_of
 from bathbot_scrub.messages import (
     joints_from_state,
     path_from_poses,
@@ -10,7 +11,6 @@ from bathbot_scrub.messages import (
     result_from_outcome,
 )
 from bathbot_scrub.rm65.guard.states import State
-from bathbot_scrub.scrub_job import Code, Outcome, code_of
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
 from synthetic_skin import somewhere

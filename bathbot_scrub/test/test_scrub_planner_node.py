@@ -125,7 +125,7 @@ class Session:
 
         What a planner has heard it says on no topic, so that here and below tests look into it.
         """
-        inputs = self.planner._inputs
+        inputs = self.planner._session.inputs
         self.until(lambda: inputs.before._surface is not None and inputs.before._targets)
         self.world.mode = ArmState.CONTACT
         self.until(lambda: inputs.before.arm.state == ArmState.CONTACT and inputs.knows_arm)
@@ -162,7 +162,7 @@ def session():
 
 
 def test_goal_without_contact_is_refused_in_words(session):
-    session.until(lambda: session.planner._inputs.before._report is not None)
+    session.until(lambda: session.planner._session.inputs.before._report is not None)
     result = session.result(session.send())
     assert result.error_code == Scrub.Result.NOT_READY
     assert "not in CONTACT" in result.error_msg
@@ -207,7 +207,7 @@ def test_with_a_body_of_long_ago_no_path_is_chosen(session):
     bodies = session.world.create_publisher(PointCloud2, "body_cloud", 1)
     session.until(lambda: bodies.get_subscription_count() > 0)
     bodies.publish(cloud_from_surface(cylinder(), header))
-    session.until(lambda: session.planner._inputs.knows_body)
+    session.until(lambda: session.planner._session.inputs.knows_body)
     result = session.result(session.send())
     assert result.error_code == Scrub.Result.NOT_READY
     assert "the body was last seen" in result.error_msg

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.before_contact import BeforeContact
 from bathbot_scrub.errors import NotReadyError
+from bathbot_scrub.job.before_contact import BeforeContact
 from bathbot_scrub.path.planner import Task
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings

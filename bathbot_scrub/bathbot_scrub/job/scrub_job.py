@@ -100,7 +100,7 @@ class ScrubJob:
         self,
         path_id: int,
         plan: Callable[[], PathPlanner],
-        send: Callable[[Segment, float], None],
+        send: Callable[[Segment, float, float], None],
         done: Callable[[Outcome], None],
         clock: Callable[[], float],
         settings: ScrubPlannerSettings,
@@ -110,7 +110,8 @@ class ScrubJob:
         Args:
             path_id: Of all segments of this path.
             plan: Chooses the path; called once, in the thread.
-            send: Takes each segment and the time [s] its planning took; called in the thread.
+            send: Takes each segment, the time its planning took [s], and the share of the path given out so
+                far, 0..1; called in the thread.
             done: Called once, at the end, in the thread.
             clock: Time [s] on the scale of the surfaces' stamps.
             settings: Of the planner.
@@ -179,7 +180,7 @@ class ScrubJob:
             if wanted:
                 start = time.perf_counter()
                 segment = planner.next_segment()
-                self._send(segment, time.perf_counter() - start)
+                self._send(segment, time.perf_counter() - start, planner.fraction)
                 self._sent += 1
 
     def _wait(self) -> ArmReport | None:
