@@ -15,6 +15,7 @@ NAMES, LINES, SHORT_LINES = 12, 400, 40
 PAGE = ROOT / "docs" / "architecture.md"
 SHORT = {
     "bathbot_depthcorr/errors.py": "list of errors",
+    "bathbot_depthcorr/live/frame_pace.py": "what the clock decides, which stands alone",
     "bathbot_depthcorr/models/ripple.py": "an equation that stands alone, used by two models",
     "bathbot_depthcorr/node/diagnostic_node.py": "a type that stands alone",
     "bathbot_depthcorr/node/transport.py": "table of the two DDS profiles",

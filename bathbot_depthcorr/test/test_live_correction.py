@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
@@ -145,3 +147,23 @@ def test_without_calibration_depth_passes_with_a_warning():
     assert live.verdict().level is Level.WARN
     assert "uncorrected" in live.verdict().message
     assert_array_equal(live.process(wall()), wall())
+
+
+def test_a_region_that_cannot_be_made_is_the_verdict_unless_something_is_worse():
+    live = judged(wall(), registered_roi=(0, 0, 400, 400))
+    assert live.verdict() == (Level.OK, "correcting"), "the colour camera is not known yet"
+    live.region.meet_colour_camera(CAMERA)
+    assert live.verdict().level is Level.ERROR
+    assert live.verdict().message.startswith("registered_roi: ")
+    live.meet_camera(replace(CAMERA, fx=90.0))
+    assert "fx" in live.verdict().message
+
+
+def test_its_values_name_the_camera_its_frames_and_their_quality():
+    told = judged(wall(), registered_roi=(0, 0, 0, 0)).values(14.96, 3)
+    assert list(told)[:5] == ["model", "serial", "fps", "dropped", "temperature"]
+    assert (told["model"], told["serial"]) == ("disparity_spline", "UNIT-7")
+    assert (told["fps"], told["dropped"], told["temperature"]) == ("15.0", "3", "31.0")
+    assert told["fill"] == "1.000"
+    nothing = LiveCorrection(Settings(), None).values(0.0, 0)
+    assert (nothing["model"], nothing["serial"], nothing["fill"]) == ("none", "unknown", "unknown")

@@ -2,19 +2,18 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.lifecycle import LifecycleNode
 from realsense2_camera_msgs.msg import Extrinsics
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
-from bathbot_depthcorr.node.stage_node import LATCHED
+from bathbot_depthcorr.node.endpoints_node import LATCHED, EndpointOwner
 from bathbot_depthcorr.ros.messages import DepthImage, image_mm_from_depth
 
 
 class CorrectedOutput:
     """Publishers of the corrected depth, and the memory of the image they send."""
 
-    def __init__(self, node: LifecycleNode, waiting: int, in_mm: bool) -> None:
+    def __init__(self, node: EndpointOwner, waiting: int, in_mm: bool) -> None:
         """Advertise the topics.
 
         Args:
@@ -22,13 +21,10 @@ class CorrectedOutput:
             waiting: Frames that may wait for a slow reader.
             in_mm: Whether to publish 16UC1 millimetres as well.
         """
-        self._node = node
-        self._depth = node.create_lifecycle_publisher(Image, "depth/corrected/image", waiting)
-        self._info = node.create_lifecycle_publisher(CameraInfo, "depth/corrected/camera_info", waiting)
-        self._transform = node.create_lifecycle_publisher(
-            Extrinsics, "depth/corrected/depth_to_color", LATCHED
-        )
-        self._mm = node.create_lifecycle_publisher(Image, "depth/corrected/image_mm", 5) if in_mm else None
+        self._depth = node.publisher(Image, "depth/corrected/image", waiting)
+        self._info = node.publisher(CameraInfo, "depth/corrected/camera_info", waiting)
+        self._transform = node.publisher(Extrinsics, "depth/corrected/depth_to_color", LATCHED)
+        self._mm = node.publisher(Image, "depth/corrected/image_mm", 5) if in_mm else None
         self._image: DepthImage | None = None
 
     def pixels(self, shape: tuple[int, int]) -> NDArray[np.float32]:
@@ -48,9 +44,3 @@ class CorrectedOutput:
     def publish_transform(self, transform: Extrinsics) -> None:
         """Send depth -> colour, latched."""
         self._transform.publish(transform)
-
-    def close(self) -> None:
-        """Let go of the topics."""
-        for publisher in (self._depth, self._info, self._transform, self._mm):
-            if publisher is not None:
-                self._node.destroy_publisher(publisher)

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit, OtherCameraError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
-from bathbot_depthcorr.live.frame_quality import LEAST_FILL, Centre, FrameQuality, judge_frame
+from bathbot_depthcorr.geometry.registration import Region
+from bathbot_depthcorr.live.frame_quality import LEAST_FILL, Centre, FrameQuality, judge_frame, quality_values
+from bathbot_depthcorr.live.live_region import LiveRegion
 from bathbot_depthcorr.live.settings import Settings
 from bathbot_depthcorr.models.correction_model import Correction, Identity
 from bathbot_depthcorr.ros.camera_health import CameraHealth
@@ -17,11 +19,11 @@ Depth = NDArray[np.float32]
 
 
 class Level(Enum):
-    """How well it goes."""
+    """How well it goes; values as in diagnostic_msgs/DiagnosticStatus."""
 
-    OK = 0
-    WARN = 1
-    ERROR = 2
+    OK = b"\x00"
+    WARN = b"\x01"
+    ERROR = b"\x02"
 
 
 class Verdict(NamedTuple):
@@ -32,7 +34,11 @@ class Verdict(NamedTuple):
 
 
 class LiveCorrection:
-    """Corrects frames of one camera and judges them; knows nothing of messages or time."""
+    """Corrects frames of one camera and judges them; knows nothing of messages or time.
+
+    Attributes:
+        region: The region of the colour image that depth is carried to, if one is wanted.
+    """
 
     def __init__(self, settings: Settings, correction: Correction | None) -> None:
         """Start without a camera.
@@ -48,6 +54,9 @@ class LiveCorrection:
         self._camera: Pinhole | None = None
         self._samples: tuple[Depth | None, Depth | None] = (None, None)
         self.quality: FrameQuality | None = None
+        self.region = LiveRegion(Region(*settings.registered_roi), settings.max_depth)
+        if correction is not None:
+            self.region.meet_transform(correction.T_colour_depth)
 
     @property
     def active(self) -> Correction | None:
@@ -56,6 +65,7 @@ class LiveCorrection:
 
     def meet_camera(self, camera: Pinhole) -> bool:
         """Take note of the camera's intrinsics; tell whether the correction in use changed."""
+        self.region.meet_depth_camera(camera)
         if camera == self._camera:
             return False
         self._camera, self._centre = camera, Centre(camera)
@@ -101,6 +111,24 @@ class LiveCorrection:
 
     def verdict(self) -> Verdict:
         """How well it goes, in one line."""
+        verdict = self._of_correction()
+        if verdict.level is not Level.ERROR and self.region.trouble:
+            return Verdict(Level.ERROR, f"registered_roi: {self.region.trouble}")
+        return verdict
+
+    def values(self, fps: float, dropped: int) -> dict[str, str]:
+        """What a diagnostic tells beside the verdict: the camera, its frames and their quality."""
+        health = self._health
+        return {
+            "model": self._stored.model if self._stored else "none",
+            "serial": health.serial or "unknown",
+            "fps": f"{fps:.1f}",
+            "dropped": str(dropped),
+            "temperature": f"{health.temperature:.1f}",
+            **quality_values(self.quality, self._settings.wall_distance),
+        }
+
+    def _of_correction(self) -> Verdict:
         if self._active is None:
             return Verdict(Level.WARN if self._camera is None else Level.ERROR, self._refusal)
         if self.quality is None:

@@ -27,7 +27,7 @@ class LiveRegion:
         """Start without cameras.
 
         Args:
-            region: Of the colour image.
+            region: Of the colour image; one without width is never made.
             farthest: Depth that is carried over at most [m].
         """
         self._region, self._farthest = region, farthest
@@ -62,7 +62,8 @@ class LiveRegion:
 
     def _prepare(self) -> None:
         self._registration, self.trouble = None, ""
-        if self._depth_camera is None or self._colour_camera is None or self._transform is None:
+        known = (self._depth_camera, self._colour_camera, self._transform)
+        if not self._region.width or any(part is None for part in known):
             return
         try:
             made = Registration(

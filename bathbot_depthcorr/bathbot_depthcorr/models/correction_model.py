@@ -55,6 +55,10 @@ class Correction(ABC):
         """Temperature of the depth chip at calibration [deg C], NaN if unknown."""
         return self.unit.temperature
 
+    def warm_up(self) -> None:
+        """Compile what `apply` runs, on an image without depth."""
+        self.apply(np.full((self.depth_camera.height, self.depth_camera.width), np.nan, np.float32))
+
     @abstractmethod
     def apply(self, depth: Depth, out: Depth | None = None) -> Depth:
         """Correct depth [m], shape (H, W), NaN = none; never gives depth where there was none.

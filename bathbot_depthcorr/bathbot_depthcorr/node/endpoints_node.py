@@ -13,6 +13,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_srvs.srv import Trigger
 
+from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.lifetime import Lifetime, Rank
 from bathbot_depthcorr.node.long_work_node import Call, LongAction, at_once, beside
 from bathbot_depthcorr.node.newest_worker import NewestWorker
@@ -28,6 +29,20 @@ class Closable(Protocol):
 
 
 Held = TypeVar("Held", bound=Closable)
+
+
+def guarded(
+    callback: Callable[[Any], None], fail: Callable[[Exception], None]
+) -> Callable[[Any], None]:
+    """A callback whose refusal of a message is handed to `fail`."""
+
+    def call(message: Any) -> None:
+        try:
+            callback(message)
+        except BathbotError as error:
+            fail(error)
+
+    return call
 
 
 class EndpointOwner(LifecycleNode):
