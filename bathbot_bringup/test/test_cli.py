@@ -35,6 +35,7 @@ def test_every_command_explains_itself(capsys):
         assert f"bathbot {line}" in shown, f"{line} has no example"
 
 
+@pytest.mark.graph
 def test_help_loads_nothing_heavy():
     program = "import sys; from bathbot_bringup.command.cli import run; run(['--help']); print(*sys.modules)"
     outcome = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -7,6 +7,8 @@ import pytest
 from bathbot_bringup.errors import InputError, ProcessError
 from bathbot_bringup.graph.running import running, started
 
+pytestmark = pytest.mark.graph
+
 
 def test_nodes_are_active_inside_watched_and_gone_afterwards(tmp_path):
     bag = {"bag": tmp_path / "bag"}
@@ -40,7 +42,8 @@ def test_an_unknown_node_is_refused_before_anything_runs(tmp_path):
         pytest.fail("it was started")
 
 
-def test_ros_is_loaded_only_with_a_graph():
-    program = "import sys, bathbot_bringup.graph.running; print(*sys.modules)"
+@pytest.mark.parametrize("module", ["graph.running", "evaluation.safety.run", "evaluation.demo"])
+def test_ros_is_loaded_only_with_a_graph(module):
+    program = f"import sys, bathbot_bringup.{module}; print(*sys.modules)"
     outcome = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert "rclpy" not in outcome.stdout.split()

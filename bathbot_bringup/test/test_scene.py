@@ -8,10 +8,10 @@ from bathbot_bringup.sim.camera.d455_unit import PRESETS, make_unit
 from bathbot_bringup.sim.camera.scene_camera import BathroomView
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import FLOOR, PEDESTAL_RADIUS, T_LINK_OPTICAL, BathroomScene, true_camera_pose
-from bathbot_bringup.sim.scene_reach import head_poses, reachable_areas
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.testing import assert_allclose
+from scene_reach import head_poses, reachable_areas
 
 HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
 

@@ -13,11 +13,11 @@ from bathbot_bringup.sim.camera.calibration_scene import (
     board_views,
 )
 from bathbot_bringup.sim.camera.d455_unit import PRESETS, make_unit
-from bathbot_bringup.sim.scene_reach import head_poses
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.testing import assert_allclose
+from scene_reach import head_poses
 
 UNIT = make_unit(1, PRESETS["paper"], 848, 480)
 

@@ -1,4 +1,4 @@
-"""`bathbot replay`: run the pipeline again over a recorded bag."""
+"""`bathbot record` and `bathbot replay`: bags of what the graph says, and the pipeline over them again."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`bathbot demo`: the whole bathing job in the simulated bathroom."""
+"""`bathbot demo` and `bathbot bathe`: the whole bathing job, simulated or with the nodes that run here."""
 
 import time
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where a package's configuration, launch files and message definitions lie.
+"""What is installed: the version, and where configuration, launch files and message definitions lie.
 
 In a source checkout they lie beside the inner package; after `colcon build` they lie in
 `share/<package>` of a prefix. The checkout wins, so an edited file counts at once.
@@ -13,6 +13,11 @@ from pathlib import Path
 
 from bathbot_bringup.errors import InputError
 
+SIM_CALIBRATION = Path(__file__).parents[1] / "sim" / "data" / "sim_d455_calibration.npz"
+"""Depth calibration of the simulated camera, from `bathbot simulate board` and `bathbot calibrate depth`."""
+SIM_HAND_EYE = "sim_hand_eye.yaml"
+"""Configuration of this package: made by `bathbot simulate marker` and `bathbot calibrate hand-eye`."""
+
 
 def version() -> str:
     """Give the version of the installed distribution: of the pip project, or of the colcon package."""
@@ -22,12 +27,6 @@ def version() -> str:
         except PackageNotFoundError:
             continue
     return "unknown"
-
-
-SIM_CALIBRATION = Path(__file__).parents[1] / "sim" / "data" / "sim_d455_calibration.npz"
-"""Depth calibration of the simulated camera, from `bathbot simulate board` and `bathbot calibrate depth`."""
-SIM_HAND_EYE = "sim_hand_eye.yaml"
-"""Configuration of this package: made by `bathbot simulate marker` and `bathbot calibrate hand-eye`."""
 
 
 def prefixes() -> list[Path]:

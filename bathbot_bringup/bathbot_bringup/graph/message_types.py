@@ -1,4 +1,4 @@
-"""Definitions of every installed message type, so that a bag explains itself anywhere."""
+"""Installed message types: the class of one, and the definitions of all, so that a bag explains itself."""
 
 import importlib
 from functools import cache

@@ -1,4 +1,4 @@
-"""A lit scene: meshes, room and lamps, and how much of the light reaches each vertex."""
+"""A lit scene - meshes, room, lamps, the light at each vertex - and where a camera looks at it from."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Planned moves to a goal: movej, movej_p, movel, movel_offset, movec, moves.
+"""Planned moves: movej, movej_p, movel, movel_offset, movec, moves, and steps as from a teach panel.
 
 With trajectory_connect 1 a piece waits for the next one; all of them end in one event. The blending radius
 `r` is accepted, but corners are not blended.
@@ -16,6 +16,7 @@ from bathbot_bringup.sim.arm.controller.motion_plan import Motion
 Array = NDArray[np.float64]
 _MOST_LOOPS = 20
 _MOST_PIECES = 100
+_PLACES, _TURNS = ("x_step", "y_step", "z_step"), ("rx_step", "ry_step", "rz_step")
 
 
 def _more(desk: Desk, request: Frame) -> bool:
@@ -30,6 +31,17 @@ def _more(desk: Desk, request: Frame) -> bool:
 def _flange(desk: Desk, pose: Array) -> Array:
     """Pose of the flange in the base of a pose on the wire, shape (6,)."""
     return desk.controller.setup.flange_pose(pose_from_wire(pose))
+
+
+def shifted(desk: Desk, offset: Array, in_tool: bool) -> Array:
+    """Pose of the flange after the tool has moved by an offset (4, 4), in its own or in work axes."""
+    controller = desk.controller
+    T = controller.setup.tool_pose(controller.arm.kinematics.flange(controller.next_start))
+    if in_tool:
+        return controller.setup.flange_pose(T @ offset)
+    T[:3, 3] += offset[:3, 3]
+    T[:3, :3] = offset[:3, :3] @ T[:3, :3]
+    return controller.setup.flange_pose(T)
 
 
 @command("movej", "receive_state")
@@ -54,17 +66,6 @@ def _movel(desk: Desk, request: Frame) -> Frame:
     controller = desk.controller
     begin(desk, lambda: controller.planner.line(controller.next_start, goal, share), _more(desk, request))
     return answer("movel", receive_state=True)
-
-
-def shifted(desk: Desk, offset: Array, in_tool: bool) -> Array:
-    """Pose of the flange after the tool has moved by an offset (4, 4), in its own or in work axes."""
-    controller = desk.controller
-    T = controller.setup.tool_pose(controller.arm.kinematics.flange(controller.next_start))
-    if in_tool:
-        return controller.setup.flange_pose(T @ offset)
-    T[:3, 3] += offset[:3, 3]
-    T[:3, :3] = offset[:3, :3] @ T[:3, :3]
-    return controller.setup.flange_pose(T)
 
 
 @command("movel_offset", "receive_state", since=4)
@@ -104,9 +105,6 @@ def _moves(desk: Desk, request: Frame) -> Frame:
         raise ProtocolError(f"more than {_MOST_PIECES} points of a curve; end it")
     begin(desk, lambda: controller.planner.curve(start, points, share), more, replaces=joined)
     return answer("moves", receive_state=True)
-
-
-_PLACES, _TURNS = ("x_step", "y_step", "z_step"), ("rx_step", "ry_step", "rz_step")
 
 
 @command("set_joint_step", "receive_state")

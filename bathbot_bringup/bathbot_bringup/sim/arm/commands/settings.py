@@ -1,4 +1,8 @@
-"""Settings that are kept and told again: mounting, initial posture, collision stage, modes."""
+"""Settings that are kept and told again, power, and what holds or ends a motion.
+
+In this order: mounting, initial posture, collision stage, modes; power of arm and joints; stop, pause, go on,
+delete, emergency stop.
+"""
 
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers, joints_from_wire
 from bathbot_scrub.rm65.errors import ProtocolError

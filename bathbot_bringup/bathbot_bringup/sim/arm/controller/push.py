@@ -19,12 +19,28 @@ from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.faults.lasting_fault import Place
 from bathbot_bringup.sim.faults.push_faults import Datagram, Outbox
 
+Array = NDArray[np.float64]
 CURRENT = [350] * 6  # [0.001 A]
 VOLTAGE = [24000] * 6  # [0.001 V]
 TEMPERATURE = [34000] * 6  # [0.001 deg C]
+_SPEED_UNIT = np.radians(0.01)  # 0.01 deg/s; the documents disagree with 0.01 RPM
+BLOCKS = (
+    "joint_speed", "arm_current_status", "lift_state", "expand_state", "hand_state", "aloha_state",
+    "plus_base", "plus_state",
+)  # fmt: skip
+"""Parts that may be switched on; of devices that this arm does not have nothing is sent."""
 
 
-Array = NDArray[np.float64]
+@dataclass(frozen=True, slots=True)
+class PushSettings:
+    """What set_realtime_push says."""
+
+    enable: bool = True
+    cycle: int = 1  # in steps of 5 ms
+    port: int = 8089
+    ip: str = ""  # empty: to whoever came last by TCP
+    force_coordinate: int = 0  # 0 sensor, 1 work, 2 tool frame
+    blocks: frozenset[str] = frozenset({"joint_speed", "arm_current_status"})
 
 
 def in_work_frame(controller: Controller, wrench: Array) -> Array:
@@ -39,26 +55,6 @@ def in_tool_frame(controller: Controller, wrench: Array) -> Array:
 
 def _turned(rotation: Array, wrench: Array) -> Array:
     return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
-
-
-_SPEED_UNIT = np.radians(0.01)  # 0.01 deg/s; the documents disagree with 0.01 RPM
-BLOCKS = (
-    "joint_speed", "arm_current_status", "lift_state", "expand_state", "hand_state", "aloha_state",
-    "plus_base", "plus_state",
-)  # fmt: skip
-# parts that may be switched on; of devices that this arm does not have nothing is sent
-
-
-@dataclass(frozen=True, slots=True)
-class PushSettings:
-    """What set_realtime_push says."""
-
-    enable: bool = True
-    cycle: int = 1  # in steps of 5 ms
-    port: int = 8089
-    ip: str = ""  # empty: to whoever came last by TCP
-    force_coordinate: int = 0  # 0 sensor, 1 work, 2 tool frame
-    blocks: frozenset[str] = frozenset({"joint_speed", "arm_current_status"})
 
 
 def wire_wrench(wrench: ArrayLike) -> list[int | None]:

@@ -3,14 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_bringup.sim.body import Part, vertex_normals
+from bathbot_bringup.sim.render.light import blocked, ray_scene
+from bathbot_bringup.sim.scene import BathroomScene
 from bathbot_depthcorr.geometry.rigid import rotate, transform_points
 from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
 from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from numpy.typing import NDArray
-
-from bathbot_bringup.sim.body import Part, vertex_normals
-from bathbot_bringup.sim.render.light import blocked, ray_scene
-from bathbot_bringup.sim.scene import BathroomScene
 
 Array = NDArray[np.float64]
 
