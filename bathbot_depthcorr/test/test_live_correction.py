@@ -5,10 +5,11 @@ import pytest
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.live.frame_quality import Centre, quality_values
-from bathbot_depthcorr.live.live_correction import Level, LiveCorrection
+from bathbot_depthcorr.live.live_correction import LiveCorrection
 from bathbot_depthcorr.live.settings import Settings
 from bathbot_depthcorr.models.disparity_spline import DisparitySpline
 from bathbot_depthcorr.ros.camera_health import CameraHealth
+from bathbot_depthcorr.ros.verdict import Level
 from numpy.testing import assert_allclose, assert_array_equal
 
 CAMERA = Pinhole(160, 90, 80.0, 80.0, 80.0, 45.0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import rotate, transform_from, transform_points
+from bathbot_depthcorr.ros.verdict import Level, Verdict
 from bathbot_localize.errors import LocalizeError, SettingsError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.surface.disc import NoSkinError
@@ -175,23 +176,26 @@ def session_ready():
 def test_a_session_tells_what_it_waits_for():
     session = LocalizerSession(SETTINGS, T_BASE_COLOUR, SHAPE)
     assert len(session.missing()) == 3
-    assert "waiting for colour camera_info" in session.status(0.0).message
+    assert "waiting for colour camera_info" in session.verdict(0.0).message
     with pytest.raises(LocalizeError, match="waiting for"):
         session.locate(CLEAN, 0.0, [TRUNK])
 
 
 def test_a_session_names_the_first_thing_that_is_wrong():
     session = session_ready()
-    assert "no corrected depth yet" in session.status(10.0).message
+    assert "no corrected depth yet" in session.verdict(10.0).message
     session.seen(10.0, depth=True)
-    assert "no skin regions yet" in session.status(10.1).message
+    assert "no skin regions yet" in session.verdict(10.1).message
     session.seen(10.0, regions=True)
     session.locate(CLEAN, 10.0, [])
-    assert "region Trunk_skin is not found; found are none" in session.status(10.1).message
+    assert "region Trunk_skin is not found; found are none" in session.verdict(10.1).message
     session.locate(CLEAN, 10.1, [TRUNK])
-    assert session.status(10.2).good
-    assert "arm is not masked" in session.status(10.2).message
-    assert "no corrected depth for 5.0 s" in session.status(15.0).message
+    assert session.verdict(10.2).level is Level.WARN
+    assert "no static transforms of the camera" in session.verdict(10.2).message
+    session.placed = True
+    assert session.verdict(10.2).level is Level.OK
+    assert "arm is not masked" in session.verdict(10.2).message
+    assert "no corrected depth for 5.0 s" in session.verdict(15.0).message
 
 
 def test_an_arm_that_went_silent_stops_the_localiser():
@@ -204,6 +208,31 @@ def test_an_arm_that_went_silent_stops_the_localiser():
     assert len(session.locate(CLEAN, 10.05, [TRUNK]).targets) == 1
     with pytest.raises(LocalizeError, match="arm cannot be masked"):
         session.locate(CLEAN, 12.0, [TRUNK])
+
+
+def test_problems_are_told_until_they_are_solved():
+    session = session_ready()
+    session.placed = True
+    session.seen(10.0, depth=True, regions=True)
+    session.locate(CLEAN, 10.0, [TRUNK])
+    session.fail("surface", LocalizeError("no depth"))
+    session.fail("body_cloud", OSError("boom"))
+    assert session.verdict(10.1) == Verdict(Level.ERROR, "surface: no depth; body_cloud: OSError: boom")
+    session.solve("surface")
+    session.solve("never failed")
+    assert session.verdict(10.1).message == "body_cloud: OSError: boom"
+    session.solve("body_cloud")
+    assert session.verdict(10.1).level is Level.OK
+
+
+def test_the_camera_is_placed_once_and_when_its_transforms_have_come():
+    session = session_ready()
+    assert session.place() is None
+    assert not session.placed
+    session.add_transform("camera_link", "camera_color_optical_frame", np.eye(4), None)
+    assert session.place() == pytest.approx(T_BASE_COLOUR)
+    assert session.placed
+    assert session.place() is None
 
 
 def test_choosing_a_region_starts_anew_and_checks_the_name():

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.live.corrected_output_node import CorrectedOutput
 from bathbot_depthcorr.live.frame_pace import FramePace
-from bathbot_depthcorr.live.live_correction import LiveCorrection, Verdict
+from bathbot_depthcorr.live.live_correction import LiveCorrection
 from bathbot_depthcorr.live.registered_output_node import RegisteredOutput
 from bathbot_depthcorr.live.settings import Settings
 from bathbot_depthcorr.node.endpoints_node import guarded
@@ -25,6 +25,7 @@ from bathbot_depthcorr.ros.messages import (
     transform_from_extrinsics,
 )
 from bathbot_depthcorr.ros.serialized_image import read_image
+from bathbot_depthcorr.ros.verdict import Verdict
 
 CAMERA = "camera/camera"
 WAITING, PATIENCE = 8, 0.25  # frames, and [s], that may wait while the machine is busy elsewhere

@@ -1,8 +1,5 @@
 """The state of the live correction: which camera is connected, what it sends, and how good it is."""
 
-from enum import Enum
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,23 +11,9 @@ from bathbot_depthcorr.live.live_region import LiveRegion
 from bathbot_depthcorr.live.settings import Settings
 from bathbot_depthcorr.models.correction_model import Correction, Identity
 from bathbot_depthcorr.ros.camera_health import CameraHealth
+from bathbot_depthcorr.ros.verdict import Level, Verdict
 
 Depth = NDArray[np.float32]
-
-
-class Level(Enum):
-    """How well it goes; values as in diagnostic_msgs/DiagnosticStatus."""
-
-    OK = b"\x00"
-    WARN = b"\x01"
-    ERROR = b"\x02"
-
-
-class Verdict(NamedTuple):
-    """Level and one line of reason."""
-
-    level: Level
-    message: str
 
 
 class LiveCorrection:

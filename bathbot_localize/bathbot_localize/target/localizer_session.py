@@ -1,12 +1,13 @@
 """What the localiser remembers between pictures: cameras, frames, the chosen region, its recent targets."""
 
 import threading
-from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.geometry.frame_tree import FrameTree, UnknownFrameError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse
+from bathbot_depthcorr.ros.verdict import Level, Verdict
 from numpy.typing import NDArray
 
 from bathbot_localize.arm.arm_shape import ArmShape
@@ -22,19 +23,17 @@ from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 Array = NDArray[np.float64]
 
 
-class Status(NamedTuple):
-    """How the localiser fares, in plain words, for a person."""
-
-    good: bool
-    message: str
-
-
 class UnknownRegionError(LocalizeError):
     """A name that is no class of the detector."""
 
 
 class LocalizerSession:
-    """Turns depth pictures and regions into targets and surfaces; several threads may use it."""
+    """Turns depth pictures and regions into targets and surfaces; several threads may use it.
+
+    Attributes:
+        problems: What goes wrong and why, by the name of an input or output, until it goes well.
+        placed: Whether the camera's place in the base frame has been told.
+    """
 
     def __init__(self, settings: TargetLocalizerSettings, T_base_colour: Array, shape: ArmShape) -> None:
         """Begin with a hand-eye result and an arm, and nothing known of the cameras."""
@@ -44,6 +43,8 @@ class LocalizerSession:
         self.colour_camera: Pinhole | None = None
         self.depth_camera: Pinhole | None = None
         self.T_colour_depth: Array | None = None
+        self.problems: dict[str, str] = {}
+        self.placed = False
         self._frames, self._frames_lock = FrameTree(), threading.Lock()
         self._arm_known = False
         self._body = BodyCloud(settings.cloud_voxel, settings.cloud_memory, settings.arm_margin)
@@ -80,6 +81,18 @@ class LocalizerSession:
         self._roi: SkinRegion | None = None
         self._surface_problem = ""
 
+    def meet_colour_camera(self, camera: Pinhole) -> None:
+        """Take note of the colour camera."""
+        self.colour_camera = camera
+
+    def meet_depth_camera(self, camera: Pinhole) -> None:
+        """Take note of the camera of corrected depth."""
+        self.depth_camera = camera
+
+    def meet_extrinsics(self, T_colour_depth: Array) -> None:
+        """Take note of where the depth camera stands, shape (4, 4)."""
+        self.T_colour_depth = T_colour_depth
+
     def add_transform(self, parent: str, child: str, transform: Array, stamp: float | None) -> None:
         """Take in one entry of /tf, or of /tf_static with `stamp` None."""
         with self._frames_lock:
@@ -95,6 +108,26 @@ class LocalizerSession:
         with self._frames_lock:
             T_link_colour = self._frames.lookup(self.settings.camera_frame, self.settings.colour_frame)
         return self.T_base_colour @ inverse(T_link_colour)
+
+    def place(self) -> Array | None:
+        """Pose of the camera's body in the base frame, shape (4, 4), once: when it is first known."""
+        if self.placed:
+            return None
+        try:
+            transform = self.T_base_camera_link()
+        except UnknownFrameError:
+            return None  # the verdict tells
+        self.placed = True
+        return transform
+
+    def fail(self, name: str, error: Exception) -> None:
+        """Remember why an input or output of this name goes wrong, until `solve`."""
+        told = isinstance(error, BathbotError)
+        self.problems[name] = str(error) if told else f"{type(error).__name__}: {error}"
+
+    def solve(self, name: str) -> None:
+        """Forget what went wrong: it goes well."""
+        self.problems.pop(name, None)
 
     def missing(self) -> list[str]:
         """What has not come yet and is needed before anything can be located."""
@@ -161,28 +194,36 @@ class LocalizerSession:
         self._last_depth = now if depth else self._last_depth
         self._last_regions = now if regions else self._last_regions
 
-    def status(self, now: float) -> Status:
+    def verdict(self, now: float) -> Verdict:
         """How things stand at time `now` [s]; the first thing that is wrong is named."""
+        if trouble := self._trouble(now):
+            return Verdict(Level.WARN, trouble)
+        if problems := dict(self.problems):
+            return Verdict(Level.ERROR, "; ".join(f"{name}: {why}" for name, why in problems.items()))
+        if not self.placed:
+            return Verdict(
+                Level.WARN, "no static transforms of the camera; does its driver publish /tf_static?"
+            )
+        unmasked = "" if self._arm_known else "; the arm is not masked: no transforms of it have come"
+        return Verdict(Level.OK, f"{self.region} is located{unmasked}")
+
+    def _trouble(self, now: float) -> str:
+        """What does not come, or is not found; empty when all is there."""
         limit = self.settings.max_depth_age
         if self.missing():
-            return Status(False, f"waiting for {', '.join(self.missing())}; does the camera run?")
+            return f"waiting for {', '.join(self.missing())}; does the camera run?"
         if not now - self._last_depth <= limit:
-            return Status(
-                False, f"no corrected depth {_since(now - self._last_depth)}; does depth_corrector run?"
-            )
+            return f"no corrected depth {_since(now - self._last_depth)}; does depth_corrector run?"
         if not now - self._last_regions <= 5.0 * limit:
-            return Status(
-                False, f"no skin regions {_since(now - self._last_regions)}; does skin_detector run?"
-            )
+            return f"no skin regions {_since(now - self._last_regions)}; does skin_detector run?"
         if self._looked is not None and self.region in self._looked.refused:
-            return Status(False, f"{self.region}: {self._looked.refused[self.region]}")
+            return f"{self.region}: {self._looked.refused[self.region]}"
         if self._roi is None:
             found = ", ".join(target.region for target in self._looked.targets) if self._looked else ""
-            return Status(False, f"region {self.region} is not found; found are {found or 'none'}")
+            return f"region {self.region} is not found; found are {found or 'none'}"
         if self._surface_problem:
-            return Status(False, f"{self.region}: {self._surface_problem}")
-        unmasked = "" if self._arm_known else "; the arm is not masked: no transforms of it have come"
-        return Status(True, f"{self.region} is located{unmasked}")
+            return f"{self.region}: {self._surface_problem}"
+        return ""
 
     def _frame(self, depth: NDArray[np.float32], stamp: float) -> Frame:
         if self.missing():
