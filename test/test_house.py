@@ -39,6 +39,7 @@ SHORT = {
     "bathbot_bringup/bathing/nodes.py": "table of the demo's nodes and their parameters",
     "bathbot_bringup/sim/camera/d455_frames.py": "table of the camera's frames",
     "bathbot_bringup/evaluation/depth/conditions.py": "table of the conditions",
+    "bathbot_scrub/rm65/ros/vendor/installed.py": "the only import that may fail",
     "bathbot_scrub/segment/segment.py": "the type that planner and driver share",
     "bathbot_scrub/segment/messages.py": "its codec",
     "bathbot_scrub/path/triangle_normals.py": "Eqs. (11)-(13), which stand alone",

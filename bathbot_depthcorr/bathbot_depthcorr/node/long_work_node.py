@@ -78,7 +78,7 @@ def at_once(node: Node, call: Call) -> Answer:
     """Answer by a call that takes no time, in the executor; a refusal is also logged."""
 
     def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        _fill(response, _outcome(node, call))
+        _fill(response, outcome_of(node, call))
         if not response.success:
             node.get_logger().warning(response.message)
         return response
@@ -91,7 +91,7 @@ def beside(node: Node, call: Call) -> SlowAnswer:
 
     async def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         future = Future(executor=node.executor)
-        work = lambda: future.set_result(_outcome(node, call))  # noqa: E731
+        work = lambda: future.set_result(outcome_of(node, call))  # noqa: E731
         threading.Thread(target=work, name="trigger", daemon=True).start()
         _fill(response, await future)
         return response
@@ -104,7 +104,7 @@ def _fill(response: Trigger.Response, outcome: str | Exception | None) -> None:
     response.message = str(outcome or "")
 
 
-def _outcome(node: Node, call: Call) -> str | Exception | None:
+def outcome_of(node: Node, call: Callable[[], Outcome]) -> Outcome | BathbotError:
     """What a call gives, or its error; one that is no user's fault is logged, or nobody would see it."""
     try:
         return call()

@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.geometry.rigid import inverse
 from bathbot_depthcorr.ros.pose_decoding import pose_values, transforms_from_poses
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
@@ -24,7 +25,6 @@ from bathbot_msgs.msg import ArmState, ScrubSegment
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.errors import (
-    ArmError,
     ArmSettingsError,
     CanceledError,
     ForceLimitError,
@@ -33,7 +33,7 @@ from bathbot_scrub.rm65.errors import (
     NoContactError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.motion.approach import Request
+from bathbot_scrub.rm65.motion.approach import Request, Touch
 from bathbot_scrub.segment.messages import BASE, segment_from_message
 from bathbot_scrub.segment.segment import Segment
 
@@ -51,9 +51,16 @@ _ERROR_CODES = (
 )
 
 
-def error_code(error: ArmError) -> int:
+def error_code(error: BathbotError) -> int:
     """The action's code of an error."""
     return next((code for kind, code in _ERROR_CODES if isinstance(error, kind)), Approach.Result.NOT_READY)
+
+
+def approach_result(outcome: Touch | BathbotError, stamp: Time) -> Approach.Result:
+    """The action's result of an approach that ended in contact or by an error."""
+    if isinstance(outcome, BathbotError):
+        return Approach.Result(error_code=error_code(outcome), error_msg=str(outcome))
+    return Approach.Result(contact=pose_stamped(outcome.T_base_head, stamp), force=outcome.force)
 
 
 def stamp_of(monotonic: float, now: Time) -> Time:

@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from bathbot_depthcorr.node.stage_node import StageNode
 from bathbot_localize.messages import pose_from_transform
 from geometry_msgs.msg import Pose
-from rclpy.node import Node
 from rm_ros_interfaces.msg import Cartepos, Jointerrorcode, Jointpos, Movej, Movejp, Movel, Sixforce
 from std_msgs.msg import Bool, UInt16
 
@@ -39,12 +39,10 @@ _STATE = {
 class VendorTopics:
     """Subscriptions and publishers of one driver under the vendor's names."""
 
-    def __init__(self, node: Node, driver: ArmDriver) -> None:
-        """Create them on `node`."""
+    def __init__(self, node: StageNode, driver: ArmDriver) -> None:
+        """Create them on `node`, which owns them."""
         self._node, self._driver, moves = node, driver, driver.moves
-        self._state = {name: node.create_publisher(kind, _PREFIX + name, 10) for name, kind in _STATE.items()}
-        self._results: list[Any] = []
-        self._subscriptions: list[Any] = []
+        self._state = {name: node.publisher(kind, _PREFIX + name, 10) for name, kind in _STATE.items()}
         self._answer("movej", Movej, lambda m: moves.to_joints(joints_from_message(m.joint), _share(m)))
         self._answer("movej_p", Movejp, lambda m: moves.to_pose(flange_from_message(m.pose), _share(m)))
         self._answer("movel", Movel, lambda m: moves.along_line(flange_from_message(m.pose), _share(m)))
@@ -81,17 +79,9 @@ class VendorTopics:
         for name, message in messages.items():
             self._state[name].publish(message)
 
-    def close(self) -> None:
-        """Remove them."""
-        for subscription in self._subscriptions:
-            self._node.destroy_subscription(subscription)
-        for publisher in (*self._state.values(), *self._results):
-            self._node.destroy_publisher(publisher)
-
     def _answer(self, name: str, kind: type, call: Callable[[Any], Any]) -> None:
         """Take a command whose result is told when it has ended."""
-        result = self._node.create_publisher(Bool, f"{_PREFIX}{name}_result", 10)
-        self._results.append(result)
+        result = self._node.publisher(Bool, f"{_PREFIX}{name}_result", 10)
 
         def work(message: Any) -> None:
             result.publish(Bool(data=self._succeeds(name, lambda: call(message))))
@@ -106,7 +96,7 @@ class VendorTopics:
         self._subscribe(name, kind, lambda message: self._succeeds(name, lambda: call(message)))
 
     def _subscribe(self, name: str, kind: type, call: Callable[[Any], Any]) -> None:
-        self._subscriptions.append(self._node.create_subscription(kind, _PREFIX + name, call, 10))
+        self._node.listen(kind, _PREFIX + name, call, 10)
 
     def _succeeds(self, name: str, call: Callable[[], Any]) -> bool:
         """Whether a call did what it should; each new reason is logged once."""
