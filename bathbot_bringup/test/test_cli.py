@@ -80,7 +80,7 @@ def test_help_loads_nothing_heavy():
     pytest.param("evaluate regions --region nose", "no region is named 'nose'", id="region to find"),
     pytest.param("evaluate regions --seeds x", "seeds are numbers and ranges", id="seeds to look at"),
     pytest.param("bench detector --rounds 3", "rounds must be 10 or more, got 3", id="rounds"),
-    pytest.param("bench detector --size 100", "size must be a multiple of 32", id="input size"),
+    pytest.param("bench detector --size 100", "in steps of 32, got 100", id="input size"),
     pytest.param("export detector --out x --precision fp8", "must be one of fp32, fp16, int8", id="fp8"),
     pytest.param("export detector --out x --shape 640x400", "multiples of 32 px", id="shape"),
     pytest.param("export detector --out x --precision int8", "needs pictures", id="int8 of nothing"),
