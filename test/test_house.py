@@ -31,7 +31,7 @@ SHORT = {
     "bathbot_localize/regions.py": "the type that messages and cores share",
     "bathbot_localize/target/schedule.py": "an algorithm that stands alone",
     "bathbot_scrub/rm65/arm/capsules.py": "table of the arm's capsules",
-    "bathbot_scrub/rm65/arm/rm65.py": "the arm as others ask it",
+    "bathbot_scrub/rm65/arm/limits.py": "table of the arm's limits, and its home",
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",
     "bathbot_scrub/rm65/timing/priority.py": "what may be asked of the scheduler; three share it",
     "bathbot_bringup/sim/faults/lasting_fault.py": "the type that schedule and places share",

@@ -22,7 +22,7 @@ from bathbot_localize.arm.arm_shape import installed_shape
 from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.path.tool_pose import flange_poses
 from bathbot_scrub.rm65.arm.urdf import urdf
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.arm.force_limits import shipped_force_limits
 from bathbot_scrub.rm65.force.wrench_filter import at_tip
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 

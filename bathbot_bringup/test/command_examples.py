@@ -7,13 +7,13 @@ from bathbot_bringup.sim.arm.controller.arm_setup import Arm
 from bathbot_bringup.sim.arm.controller.controller import STEP, Controller
 from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.brush import Brush
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import joints_to_wire, pose_to_wire
 
 READY = np.radians([0.0, 20.0, -100.0, 0.0, -60.0, 0.0])
 JOINTS = joints_to_wire(READY)
-PLACE = Kinematics("6F").flange(READY)
+PLACE = RM65("6F").flange(READY)
 
 
 def place(x=0.0, y=0.0, z=0.0):
@@ -25,7 +25,7 @@ def place(x=0.0, y=0.0, z=0.0):
 
 def desk_at(joints=READY, surface=None, generation=4, clock=lambda: 0.0):
     """A controller without wire."""
-    arm = Arm(Kinematics("6F"), RM65_LIMITS, Brush(), generation)
+    arm = Arm(RM65("6F"), RM65_LIMITS, Brush(), generation)
     return Desk(Controller(arm, joints, surface or NoSurface(), clock, np.random.default_rng(0)))
 
 

@@ -12,9 +12,11 @@ import numpy as np
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
-from bathbot_scrub.rm65.driver import ArmDriver
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.tool_path import retreated
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
+from bathbot_scrub.rm65.driver import rm65_driver
 from bathbot_scrub.rm65.motion.approach import Request
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.segment.segment import Segment
@@ -26,8 +28,8 @@ TARGET[:3, :3] = np.stack([np.cross(SIDE, AXIS), SIDE, AXIS], axis=-1)
 TARGET[:3, 3] = 0.54, -0.05, 0.2
 REGION = "Trunk_skin"
 # the arm is at home a little behind the stand-off, to save time
-SOLUTIONS = solve_head(Kinematics("6F"), retreated(TARGET, 0.10))
-READY_DEG = tuple(np.degrees(nearest(SOLUTIONS, np.radians([0, -40, -100, 0, 60, 0]))).tolist())
+SOLUTIONS = RM65("6F").solve_head(retreated(TARGET, 0.10))
+READY_DEG = tuple(np.degrees(nearest(SOLUTIONS, np.radians([0, -40, -100, 0, 60, 0]), RM65_LIMITS)).tolist())
 
 
 @dataclass
@@ -69,7 +71,7 @@ class Cell:
         } | settings
         self.emulator = Emulator(EmulatorSettings(port=0, joints_deg=values["home_deg"]), self.wall)
         values["port"] = self.emulator.port
-        self.driver = ArmDriver(DriverSettings(**values), self.log.append)
+        self.driver = rm65_driver(DriverSettings(**values), self.log.append)
 
     def state(self):
         return self.driver.snapshot().state

@@ -7,8 +7,7 @@ from bathbot_bringup.sim.body import Part, vertex_normals
 from bathbot_bringup.sim.render.light import blocked, ray_scene
 from bathbot_bringup.sim.scene import BathroomScene
 from bathbot_depthcorr.geometry.rigid import rotate, transform_points
-from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.installed_arm import installed_arm
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -63,7 +62,7 @@ def reachable_areas(scene: BathroomScene) -> dict[str, ReachableArea]:
         mine = seen & (mesh.labels == part)
         if name == "thigh":
             mine &= scene.body.fraction[mesh.faces[:, 0]] < 0.95
-        solutions = solve_head(Kinematics(), head_poses(centres[mine], normals[mine]))
+        solutions = installed_arm().solve_head(head_poses(centres[mine], normals[mine]))
         reached = np.isfinite(solutions).all(axis=-1).any(axis=(-1, -2))
         result[name] = ReachableArea(float(areas[mine].sum()), float(areas[mine][reached].sum()))
     return result

@@ -8,7 +8,7 @@ import pytest
 from bathbot_bringup.sim.arm.commands.table import COMMANDS, reply
 from bathbot_bringup.sim.arm.controller.arm_health import ARC_IMPOSSIBLE, TARGET_OVER_LIMIT, UNREACHABLE
 from bathbot_bringup.sim.arm.controller.motion_plan import Motion
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import pose_from_wire
 from command_examples import EXAMPLES, JOINTS, PLACE, READY, desk_at, place, run
 from hypothesis import HealthCheck, given, settings
@@ -124,7 +124,7 @@ def test_a_move_is_meant_for_the_tool_in_the_work_frame(desk):
 def test_an_arc_passes_its_point_and_keeps_its_radius(desk):
     ask(desk, "movec")
     joints, _, ends = run(desk, 4.0)
-    places = Kinematics("6F").flange(joints)[:, :3, 3] - PLACE[:3, 3]
+    places = RM65("6F").flange(joints)[:, :3, 3] - PLACE[:3, 3]
     assert [end.reached for end in ends] == [True]
     assert_allclose(np.hypot(places[:, 1] - 0.02, places[:, 2]), 0.02, atol=2e-4)
     assert places[:, 2].max() == pytest.approx(0.02, abs=3e-4)
@@ -141,7 +141,7 @@ def test_a_curve_passes_its_points(desk):
         assert ask(desk, "get_arm_current_trajectory")["type"] == ("none" if index < 2 else "moves")
     joints, _, ends = run(desk, 4.0)
     assert [end.reached for end in ends] == [True]
-    places = Kinematics("6F").flange(joints)[:, :3, 3] - PLACE[:3, 3]
+    places = RM65("6F").flange(joints)[:, :3, 3] - PLACE[:3, 3]
     for y, z in points:
         assert np.linalg.norm(places - [0.0, y, z], axis=1).min() < 1e-3
 

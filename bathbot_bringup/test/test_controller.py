@@ -14,11 +14,11 @@ from bathbot_bringup.sim.arm.controller.motion_plan import Motion
 from bathbot_bringup.sim.arm.controller.push import PushSettings, datagram
 from bathbot_bringup.sim.arm.emulator.surface import NoSurface
 from bathbot_bringup.sim.brush import Brush
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.arm.limits import HOME_DEG, RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import joints_from_wire, pose_from_wire, pose_to_wire
 from bathbot_scrub.rm65.controller.state_push import parse_sample
-from bathbot_scrub.rm65.errors import ProtocolError
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -41,7 +41,7 @@ CONNECT = [
 
 @pytest.fixture
 def desk():
-    arm = Arm(Kinematics("6F"), RM65_LIMITS, Brush())
+    arm = Arm(RM65("6F"), RM65_LIMITS, Brush())
     return Desk(Controller(arm, HOME, NoSurface(), lambda: 0.0, np.random.default_rng(0)))
 
 
@@ -117,7 +117,7 @@ def test_every_command_takes_an_empty_request_without_raising(desk):
 )
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_hostile_values_never_raise_nor_move_beyond_the_limits(name, extra):
-    arm = Arm(Kinematics("6F"), RM65_LIMITS, Brush())
+    arm = Arm(RM65("6F"), RM65_LIMITS, Brush())
     desk = Desk(Controller(arm, HOME, NoSurface(), lambda: 0.0, np.random.default_rng(0)))
     answer = reply(desk, {**extra, "command": name})
     json.dumps(answer, allow_nan=False)
@@ -150,7 +150,7 @@ def test_movel_is_straight(desk):
     end[:3, 3] += (0.02, 0.08, 0.0)
     assert reply(desk, {"command": "movel", "v": 40, "pose": pose_to_wire(end)})["receive_state"]
     path, ends = run(controller, 3.0)
-    moved = Kinematics("6F").flange(path)[:, :3, 3] - begin[:3, 3]
+    moved = RM65("6F").flange(path)[:, :3, 3] - begin[:3, 3]
     direction = (end - begin)[:3, 3] / np.linalg.norm((end - begin)[:3, 3])
     assert [e.reached for e in ends] == [True]
     assert np.linalg.norm(np.cross(moved, direction), axis=1).max() < 1e-4
@@ -245,7 +245,7 @@ def test_the_push_holds_what_the_state_query_says(desk):
     state = reply(desk, {"command": "get_current_arm_state"})["arm_state"]
     assert_allclose(sample.joints, joints_from_wire(state["joint"]))
     assert_allclose(sample.T_base_flange, pose_from_wire(state["pose"]), atol=2e-3)
-    assert_allclose(sample.T_base_flange, Kinematics("6F").flange(sample.joints), atol=2e-5)
+    assert_allclose(sample.T_base_flange, RM65("6F").flange(sample.joints), atol=2e-5)
 
 
 def test_zeroing_takes_the_offset_away(desk):

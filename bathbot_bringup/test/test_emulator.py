@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
+from bathbot_scrub.arm.errors import ArmConnectionError, ArmSettingsError, RefusedError
 from bathbot_scrub.rm65.arm.limits import HOME_DEG
 from bathbot_scrub.rm65.controller.client import TRAJECTORY_EVENT, ArmClient
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode, joints_from_wire
 from bathbot_scrub.rm65.controller.state_push import StateReceiver
-from bathbot_scrub.rm65.errors import ArmConnectionError, ArmSettingsError, RefusedError
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -10,9 +10,7 @@ import time
 import numpy as np
 import pytest
 from bathbot_bringup.sim.faults.faults import Fault
-from bathbot_scrub.rm65.arm.limits import HOME_DEG
-from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.errors import (
+from bathbot_scrub.arm.errors import (
     ArmSettingsError,
     CanceledError,
     ForceLimitError,
@@ -21,7 +19,9 @@ from bathbot_scrub.rm65.errors import (
     NotReadyError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
+from bathbot_scrub.rm65.arm.limits import HOME_DEG
+from bathbot_scrub.rm65.driver import rm65_driver
 from bathbot_scrub.rm65.motion.approach import Request
 from bathbot_scrub.rm65.settings import DriverSettings
 from emulator_cell import AXIS, REGION, TARGET, Cell, running, segments, until
@@ -258,7 +258,7 @@ def test_a_lost_controller_is_a_fault_and_the_arm_stands(cell):
 def test_a_server_that_is_no_controller_is_told_once():
     log = []
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        driver = ArmDriver(DriverSettings(port=silent.getsockname()[1], udp_port=0), log.append)
+        driver = rm65_driver(DriverSettings(port=silent.getsockname()[1], udp_port=0), log.append)
         until(lambda: any("is it an RM65 controller?" in line for line in log))
         time.sleep(2.5)
         assert sum("is it an RM65 controller?" in line for line in log) == 1

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from emulator_cell import running, until
 from numpy.testing import assert_allclose

@@ -9,8 +9,8 @@ import time
 import numpy as np
 import pytest
 from bathbot_bringup.sim.faults.faults import Fault
-from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.errors import ArmError, NotReadyError
+from bathbot_scrub.arm.states import State
 from emulator_cell import AXIS, REGION, TARGET, running, segments, until
 
 pytestmark = pytest.mark.graph
@@ -170,7 +170,7 @@ def test_who_follows_the_arm_is_left_only_where_the_way_is_known_to_be_free(cell
     until(lambda: cell.state() is State.RETRACTING and cell.gap() > 0.02)
     head = cell.driver.loop.where()
     everywhere = np.stack(np.meshgrid(*[np.linspace(-0.3, 0.3, 31)] * 3), -1).reshape(-1, 3)
-    around = everywhere + cell.driver.kinematics.head(head)[:3, 3] - 0.3 * AXIS
+    around = everywhere + cell.driver.arm.head(head)[:3, 3] - 0.3 * AXIS
     cell.driver.surroundings.see(around, time.monotonic())
     cell.emulator.order(Fault("biased_force", value=-20.0))
     until(lambda: cell.state() is State.FAULT)

@@ -14,7 +14,7 @@ from bathbot_bringup.sim.arm.emulator.bathroom import bathroom_emulator
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.node_settings import SimRm65Settings
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import encode, joints_to_wire
 from command_examples import READY, desk_at, run
 from emulator_cell import until
@@ -60,7 +60,7 @@ def test_a_stall_is_made_up_for_without_a_burst(emulator):
 
 def streamed(desk, speed, seconds=0.6):
     """Let the head go along y at a speed [m/s] by a stream of 100 Hz that dies; joints of its last frame."""
-    arm, joints = Kinematics("6F"), READY.copy()
+    arm, joints = RM65("6F"), READY.copy()
     for _ in range(round(seconds / 0.01)):
         twist = np.array([0.0, speed, 0.0, 0.0, 0.0, 0.0])
         joints = joints + 0.01 * np.linalg.solve(arm.jacobian(joints), twist)
@@ -80,7 +80,7 @@ def test_an_arm_whose_stream_dies_comes_to_rest_by_itself(speed, within, farther
     joints, speeds, ends = run(desk, 0.5)
     moving = np.flatnonzero(np.abs(speeds).max(1) > STANDSTILL)
     assert (moving[-1] + 1) * STEP <= within
-    ways = Kinematics("6F").head(joints)[:, :3, 3] - place
+    ways = RM65("6F").head(joints)[:, :3, 3] - place
     assert np.linalg.norm(ways, axis=1).max() < farther
     assert_allclose(joints[-1], last, atol=1e-4)
     assert ends == []

@@ -9,10 +9,10 @@ from bathbot_bringup.sim.arm.commands.table import reply
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.faults.faults import Fault
+from bathbot_scrub.arm.errors import ArmConnectionError, RefusedError
 from bathbot_scrub.rm65.controller.client import ArmClient
 from bathbot_scrub.rm65.controller.protocol import encode
 from bathbot_scrub.rm65.controller.state_push import StateReceiver
-from bathbot_scrub.rm65.errors import ArmConnectionError, RefusedError
 from command_examples import EXAMPLES, JOINTS, desk_at, run
 from emulator_cell import AXIS, READY_DEG, TARGET, Wall, until
 from numpy.testing import assert_allclose

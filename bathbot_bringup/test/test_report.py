@@ -14,7 +14,7 @@ from bathbot_bringup.report.truth import Truth
 from bathbot_depthcorr.ros.messages import stamp_from_seconds
 from bathbot_localize.messages import pose_from_transform
 from bathbot_localize.target.target import Target, pose_from_normal
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
 from geometry_msgs.msg import PoseStamped, Vector3
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message

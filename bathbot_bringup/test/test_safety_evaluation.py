@@ -21,7 +21,7 @@ from bathbot_bringup.sim.faults.faults import Fault
 from bathbot_bringup.sim.faults.kinds import KINDS
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene, true_camera_pose
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -114,7 +114,7 @@ def test_the_planner_keeps_its_pieces_ahead_and_the_stroke_closes():
 
 def test_a_site_is_skin_all_about_and_a_stroke_follows_it():
     surface = BathroomScene(0).surface(load_scenario("still"))
-    site = find_site(surface, true_camera_pose(), Kinematics())
+    site = find_site(surface, true_camera_pose(), RM65())
     target = site.target((0.01, -0.01), 1.0)
     poses = site.stroke(target, 0.5 * site.room, 0.002, 0.004)
     origins = poses[:, :3, 3] - 0.05 * poses[:, :3, 2]

@@ -13,8 +13,8 @@ from bathbot_bringup.evaluation.safety.measures import (
 )
 from bathbot_bringup.sim.arm.controller.controller import STEP
 from bathbot_bringup.sim.arm.trace import TraceData
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 ALONG, INTO = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])  # of the stroke, into the skin
 START = 100.0  # [s] of the first sample; the fault strikes half a second later
 FAULT = START + 0.5
-KINEMATICS = Kinematics()
+KINEMATICS = RM65()
 
 
 def trace_of(velocity, force=0.0, stamps=None, turn=None):

@@ -9,7 +9,7 @@ from bathbot_bringup.sim.camera.scene_camera import BathroomView
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import FLOOR, PEDESTAL_RADIUS, T_LINK_OPTICAL, BathroomScene, true_camera_pose
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.testing import assert_allclose
 from scene_reach import head_poses, reachable_areas
 
@@ -84,7 +84,7 @@ def test_the_arm_shows_where_its_joints_say(view):
 
 
 def test_the_brush_s_tip_is_the_head_s_origin():
-    tip = Kinematics().head(HOME)
+    tip = RM65().head(HOME)
     vertices = transform_points(inverse(tip), ArmMesh().vertices(HOME))
     brush = vertices[np.hypot(vertices[:, 0], vertices[:, 1]) < 0.026]
     assert_allclose(brush[:, 2].max(), 0.0, atol=1e-6)

@@ -14,8 +14,7 @@ from bathbot_bringup.sim.camera.calibration_scene import (
 )
 from bathbot_bringup.sim.camera.d455_unit import PRESETS, make_unit
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
-from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.testing import assert_allclose
 from scene_reach import head_poses
 
@@ -82,7 +81,7 @@ def test_the_marker_is_found_where_the_flange_carries_it():
     points = rng.uniform((0.2, -0.1, 0.1), (0.4, 0.25, 0.35), (300, 3))
     towards = eye - points + rng.normal(0.0, 0.3, points.shape)
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    solutions = solve_head(Kinematics(), head_poses(points, -towards))
+    solutions = RM65().solve_head(head_poses(points, -towards))
     joints = solutions[np.isfinite(solutions).all(axis=-1)][0]
     frame = view.frame(0.0, joints)
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_ARUCO_ORIGINAL))
@@ -91,7 +90,7 @@ def test_the_marker_is_found_where_the_flange_carries_it():
     assert MARKER_ID in ids
     half = MARKER_SIZE / 2
     printed = np.array([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)])
-    T_base_marker = Kinematics().flange(joints) @ view.truth.T_flange_marker
+    T_base_marker = RM65().flange(joints) @ view.truth.T_flange_marker
     T_colour_base = UNIT.T_colour_depth @ inverse(view.truth.T_base_camera)
     expected = UNIT.colour.project(transform_points(T_colour_base @ T_base_marker, printed))
     assert_allclose(corners[0].reshape(4, 2), expected, atol=1.5)

@@ -7,7 +7,8 @@ from bathbot_bringup.sim.arm.trace import load_trace
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from bathbot_depthcorr.ros.pose_decoding import transforms_from_poses
 from bathbot_localize.messages import pose_from_transform
-from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.segment.messages import message_from_segment
 from emulator_cell import TARGET, segments
 from emulator_probe import Probe, driver_node, ended, free_port, node, walled_arm
@@ -107,7 +108,7 @@ def test_topics_agree_with_each_other(probe, arm):
     )
     joints, tree = probe.newest["joint_states"], probe.newest["/tf"].transforms
     assert tuple(joints.name) == JOINT_NAMES
-    head = Kinematics("6F").head(np.array(joints.position))
+    head = RM65("6F").head(np.array(joints.position))
     assert_allclose(transforms_from_poses([probe.newest["tool_pose"].pose])[0], head, atol=1e-4)
     assert probe.newest["tool_pose"].header.frame_id == "base_link"
     assert probe.newest["wrench_filtered"].header.frame_id == "scrub_head"

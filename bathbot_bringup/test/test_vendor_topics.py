@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.ros.pose_decoding import transforms_from_poses
 from bathbot_localize.messages import pose_from_transform
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from emulator_cell import READY_DEG
 from emulator_probe import Probe, walled_arm
 from geometry_msgs.msg import Pose
@@ -103,7 +103,7 @@ def program():
 
 def test_state_comes_under_the_vendors_names(program):
     newest = program.probe.newest
-    flange = Kinematics("6F").flange(program.joints())
+    flange = RM65("6F").flange(program.joints())
     assert_allclose(transforms_from_poses([newest["udp_arm_position"]])[0], flange, atol=1e-4)
     raw, zero = newest["udp_six_force"], newest["udp_six_zero_force"]
     assert abs(raw.force_fz) > 1.0  # the brush's weight and the bias
@@ -117,7 +117,7 @@ def test_moves_end_where_they_are_sent_and_tell_so(program):
     assert program.ask("movej", Movej(joint=goal.tolist(), speed=50, dof=6))
     program.settle()
     assert_allclose(program.joints(), goal, atol=1e-3)
-    back = Kinematics("6F").flange(READY)
+    back = RM65("6F").flange(READY)
     assert program.ask("movej_p", Movejp(pose=pose_from_transform(back), speed=50))
     program.settle()
     assert_allclose(program.joints(), READY, atol=1e-3)
@@ -125,7 +125,7 @@ def test_moves_end_where_they_are_sent_and_tell_so(program):
     away[:3, 3] -= 0.03 * back[:3, 2]
     assert program.ask("movel", Movel(pose=pose_from_transform(away), speed=100))
     program.settle()
-    assert_allclose(Kinematics("6F").flange(program.joints()), away, atol=1e-3)
+    assert_allclose(RM65("6F").flange(program.joints()), away, atol=1e-3)
     assert program.probe.state()[0] == ArmState.FREE
 
 
@@ -175,7 +175,7 @@ def test_what_cannot_be_done_is_answered_with_false(program):
     assert not program.ask("movej", Movej(joint=[4.0, 0.0, 0.0, 0.0, 0.0, 0.0], speed=50))
     assert not program.ask("movej", Movej(joint=READY.tolist(), speed=0))
     assert not program.ask("movej_p", Movejp(pose=Pose(), speed=50, trajectory_connect=1))
-    far = Kinematics("6F").flange(READY)
+    far = RM65("6F").flange(READY)
     far[0, 3] += 2.0
     assert not program.ask("movel", Movel(pose=pose_from_transform(far), speed=50))
     assert program.ask("clear_force_data", Bool(data=True))

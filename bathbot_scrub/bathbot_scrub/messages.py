@@ -3,6 +3,7 @@
 Surfaces and contact targets are read by `bathbot_localize.messages`, segments by `segment.messages`.
 """
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -16,27 +17,26 @@ from sensor_msgs.msg import JointState, PointCloud2
 
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.job.scrub_job import ArmReport, Outcome
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.segment.messages import header_at
 
 Array = NDArray[np.float64]
 
 
-def joints_from_state(message: JointState) -> Array:
-    """Joint angles [rad], shape (6,), in the order of the arm.
+def joints_from_state(message: JointState, joint_names: Sequence[str]) -> Array:
+    """Joint angles [rad], shape (J,), in the order of the names of an arm's joints.
 
     Raises:
         NotReadyError: When a joint is missing.
     """
     angles = dict(zip(message.name, message.position, strict=False))
-    if not set(JOINT_NAMES) <= set(angles):
-        named, needed = ", ".join(message.name), ", ".join(JOINT_NAMES)
+    if not set(joint_names) <= set(angles):
+        named, needed = ", ".join(message.name), ", ".join(joint_names)
         raise NotReadyError(f"joint_states names {named}; needed are {needed}; is that of another arm?")
-    return np.array([angles[name] for name in JOINT_NAMES])
+    return np.array([angles[name] for name in joint_names])
 
 
 def sighting_from_cloud(message: PointCloud2) -> Sighting:

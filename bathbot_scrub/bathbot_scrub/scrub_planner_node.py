@@ -22,11 +22,11 @@ from std_srvs.srv import Trigger
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState, ContactTargets, ScrubSegment
 from bathbot_scrub import messages
+from bathbot_scrub.arm.force_limits import load_force_limits
+from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.job.scrub_job import Code, Outcome, refusal
 from bathbot_scrub.job.scrub_session import Listeners, ScrubSession
 from bathbot_scrub.path.planner import PathPlanner, Task
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.force.force_limits import load_force_limits
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segment.messages import message_from_segment
 from bathbot_scrub.segment.segment import Segment
@@ -43,7 +43,7 @@ class ScrubPlanner(StageNode):
         """Make the publishers."""
         self._settings = settings
         clearance.warm_up()
-        self._kinematics = Kinematics(settings.arm_variant)
+        self._arm = installed_arm(settings.arm_variant)
         self._limits = load_force_limits(settings.force_limits)
         self._segments = self.publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
         self._path = self.publisher(Path, "planned_path", LATCHED)
@@ -51,7 +51,7 @@ class ScrubPlanner(StageNode):
 
     def start(self) -> None:
         """Listen to localiser and arm, and take goals."""
-        session = self.hold(ScrubSession(self._kinematics, self._limits, self._settings, self.now))
+        session = self.hold(ScrubSession(self._arm, self._limits, self._settings, self.now))
         self._session, inputs = session, session.inputs
         self.listen(ContactTargets, "contact_targets", self._on_targets, 10)
         self.listen(PointCloud2, "surface", lambda m: session.see_surface(messages.sighting_from_cloud(m)), 5)
@@ -71,7 +71,7 @@ class ScrubPlanner(StageNode):
         self._session.inputs.before.see_targets(messages.targets_by_region(message), stamp)
 
     def _on_joints(self, message: JointState) -> None:
-        self._session.inputs.see_joints(partial(messages.joints_from_state, message))
+        self._session.inputs.see_joints(partial(messages.joints_from_state, message, self._arm.joint_names))
 
     def _on_goal(self, goal: ServerGoalHandle) -> None:
         end, send = partial(self._end, goal), partial(self._send, goal)

@@ -2,13 +2,13 @@
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from scipy.spatial.transform import Rotation
 
-ARM = Kinematics("6F")
+ARM = RM65("6F")
 HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
 JOINT_PACE = Pace(1.0, 2.0, 20.0)
 PLANNER = MotionPlanner(ARM, HOME, JOINT_PACE, 0.5)
@@ -22,7 +22,7 @@ def facing(position, yaw=0.0, pitch=0.0, roll=0.0):
 
 
 TARGET = facing((0.57, 0.0, 0.2), yaw=-25.0, pitch=5.0)
-TOUCH = nearest(solve_head(ARM, TARGET), np.radians([0, -60, -90, 0, 60, 0]))
+TOUCH = nearest(ARM.solve_head(TARGET), np.radians([0, -60, -90, 0, 60, 0]), ARM.limits)
 
 
 def straight(length=0.1, count=51, turn=0.0, start=TARGET):
@@ -36,7 +36,7 @@ def straight(length=0.1, count=51, turn=0.0, start=TARGET):
 
 def joints_at(pose):
     """Joints that hold the head at a pose, on the branch of the tests."""
-    return nearest(solve_head(ARM, pose), TOUCH)
+    return nearest(ARM.solve_head(pose), TOUCH, ARM.limits)
 
 
 def run(runner, most=3000):

@@ -8,19 +8,19 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_points
+from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, JOINT_NAMES, LINK_NAMES
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.arm.urdf import urdf
 from bathbot_scrub.rm65.arm.walls import Wall, walls_from
-from bathbot_scrub.rm65.errors import ArmSettingsError
 from bathbot_scrub.rm65.paths.self_collision import ArmModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 JOINTS = np.random.default_rng(2).uniform(RM65_LIMITS.lower, RM65_LIMITS.upper, (60, 6))
-MODEL, ARM = ArmModel("6F"), RM65("6F")
+MODEL, ARM = ArmModel(RM65("6F")), RM65("6F")
 
 
 @pytest.mark.parametrize("variant", FLANGE_OFFSETS)
@@ -143,7 +143,7 @@ def test_a_wall_is_as_far_as_the_end_of_a_capsule_next_to_it(joints, tilt, away)
         for c in ARM.shape.capsules
         if c.link not in ("base_link", "Link1")
     )
-    near = ArmModel("6F", [wall]).nearest(joints)
+    near = ArmModel(ARM, [wall]).nearest(joints)
     assert near.distance == pytest.approx(min(to_wall, MODEL.nearest(joints).distance), abs=1e-6)
     if to_wall < MODEL.nearest(joints).distance - 1e-6:
         assert near.second == wall.name

@@ -6,10 +6,10 @@ import threading
 import time
 
 import pytest
+from bathbot_scrub.arm.errors import ArmConnectionError, RefusedError
 from bathbot_scrub.rm65.controller.client import ArmClient
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode
 from bathbot_scrub.rm65.controller.state_push import StateReceiver
-from bathbot_scrub.rm65.errors import ArmConnectionError, RefusedError
 from test_protocol import push
 
 pytestmark = pytest.mark.graph

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_localize.messages import cloud_from_surface
-from bathbot_scrub.rm65.errors import ArmSettingsError, InvalidPoseError, JointLimitError, NoContactError
+from bathbot_scrub.arm.errors import ArmSettingsError, InvalidPoseError, JointLimitError, NoContactError
 from bathbot_scrub.rm65.motion.approach import Touch
 from bathbot_scrub.rm65.ros.messages import approach_result, body_from_cloud
 from bathbot_scrub.rm65.ros.vendor.installed import vendor_topics

@@ -1,7 +1,7 @@
 """Parameters of the arm driver that mean nothing are refused in one line."""
 
 import pytest
-from bathbot_scrub.rm65.errors import ArmError
+from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.rm65.settings import DriverSettings
 
 

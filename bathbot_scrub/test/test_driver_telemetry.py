@@ -4,9 +4,9 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from bathbot_scrub.arm.force_limits import shipped_force_limits
+from bathbot_scrub.arm.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.driver import Snapshot
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.ros.telemetry import health
 
 REGION = shipped_force_limits().gentlest()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import yaml
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
-from bathbot_scrub.rm65.errors import ArmSettingsError
-from bathbot_scrub.rm65.force.force_limits import default_file, load_force_limits, shipped_force_limits
+from bathbot_scrub.arm.errors import ArmSettingsError
+from bathbot_scrub.arm.force_limits import default_file, load_force_limits, shipped_force_limits
 from bathbot_scrub.rm65.force.wrench_filter import WrenchFilter, at_tip
 from hypothesis import given
 from hypothesis import strategies as st

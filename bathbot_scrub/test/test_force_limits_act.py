@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 import yaml
-from bathbot_scrub.rm65.errors import ArmError
-from bathbot_scrub.rm65.force.force_limits import default_file, load_force_limits
+from bathbot_scrub.arm.errors import ArmError
+from bathbot_scrub.arm.force_limits import default_file, load_force_limits
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.guard.force_checks import Reading, comfort, limit_passed, surge
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import State
 
 CONTENT = yaml.safe_load(default_file().read_text(encoding="utf-8"))
 SINGLE = [key for key in CONTENT if key != "regions"]

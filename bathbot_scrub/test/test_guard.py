@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.force_limits import shipped_force_limits
+from bathbot_scrub.arm.states import QUIET, Action, Alarm, Cause, Reaction, State
 from bathbot_scrub.rm65.guard.force_checks import Reading
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import QUIET, Action, Alarm, Cause, Reaction, State
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 """The force guard when the watchdogs doubt what is measured."""
 
 import pytest
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.guard.states import Action, Alarm, Cause, Reaction, State
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.states import Action, Alarm, Cause, Reaction, State
 from test_guard import ALARMS, BROKEN, DEAD, FROZEN, IDLE, SILENT, STARVED, TRUNK, UNSTEADY, guard_in, reading
 
 

@@ -3,9 +3,9 @@
 import contextlib
 
 import numpy as np
-from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.states import QUIET, TRANSITIONS, Action, State
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import QUIET, TRANSITIONS, Action, State
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_guard import ALARMS, LIMITS, TRUNK, forces, reading

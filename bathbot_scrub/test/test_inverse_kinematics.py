@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 from arm_poses import ARM
+from bathbot_scrub.arm.branches import wrap
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.tool_path import solve_path
 from bathbot_scrub.rm65.arm.inverse_kinematics import (
     all_branches,
     distance_to_singularity,
     solve_head,
     why_unreachable,
-    wrap,
 )
-from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, FOREARM, UPPER_ARM, Kinematics
+from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS, FOREARM, UPPER_ARM
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.paths.tool_path import solve_path
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -46,7 +47,7 @@ def test_near_a_singularity_the_pose_is_still_met(variant, joint):
     rng = np.random.default_rng(joint)
     joints = rng.uniform(RM65_LIMITS.lower, RM65_LIMITS.upper, (2000, 6))
     joints[:, joint] = rng.uniform(-0.1, 0.1, 2000) * np.pi / 180 * 10.0 ** rng.uniform(-9, 0, 2000)
-    assert round_trip(Kinematics(variant), joints).max() < 1e-6
+    assert round_trip(RM65(variant), joints).max() < 1e-6
 
 
 def test_over_the_shoulder_the_pose_is_still_met():

@@ -3,37 +3,30 @@
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.arm.branches import nearest, unwind, wrap
+from bathbot_scrub.arm.errors import ArmSettingsError, InvalidPoseError, JointLimitError, UnreachableError
 from bathbot_scrub.rm65.arm.inverse_kinematics import (
     all_branches,
     check_poses,
     distance_to_singularity,
-    nearest,
     solve_head,
-    unwind,
-    wrap,
 )
-from bathbot_scrub.rm65.arm.kinematics import (
-    BASE_HEIGHT,
-    FLANGE_OFFSETS,
-    FOREARM,
-    UPPER_ARM,
-    Kinematics,
-)
+from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FLANGE_OFFSETS, FOREARM, UPPER_ARM
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import ArmSettingsError, InvalidPoseError, JointLimitError, UnreachableError
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-ARM = Kinematics("6F")
+ARM = RM65("6F")
 JOINTS = np.random.default_rng(1).uniform(RM65_LIMITS.lower, RM65_LIMITS.upper, (3000, 6))
 angles = st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6).map(np.array)
 
 
 @pytest.mark.parametrize("variant", FLANGE_OFFSETS)
 def test_upright_arm_is_as_tall_as_its_parts(variant):
-    flange = Kinematics(variant).flange(np.zeros(6))
+    flange = RM65(variant).flange(np.zeros(6))
     height = BASE_HEIGHT + UPPER_ARM + FOREARM + FLANGE_OFFSETS[variant]
     assert_allclose(flange, transform_from(np.diag([-1.0, -1.0, 1.0]), (0.0, 0.0, height)), atol=1e-12)
 
@@ -44,7 +37,7 @@ def test_published_height_of_the_6f():
 
 def test_unknown_variant_is_refused():
     with pytest.raises(ArmSettingsError, match="known are B, 6F, 6FB"):
-        Kinematics("7F")
+        RM65("7F")
 
 
 def test_link_frames_end_in_the_flange_and_broadcast():
@@ -93,13 +86,13 @@ def test_out_of_reach_is_nan_and_says_so():
     far = transform_from(translation=(1.0, 0.0, 0.5))
     assert np.isnan(solve_head(ARM, far)).all()
     with pytest.raises(UnreachableError, match="nearer target"):
-        nearest(solve_head(ARM, far), np.zeros(6))
+        nearest(solve_head(ARM, far), np.zeros(6), RM65_LIMITS)
 
 
 @given(joints=angles)
 def test_nearest_finds_the_seed(joints):
     joints = np.clip(joints, RM65_LIMITS.lower + 0.01, RM65_LIMITS.upper - 0.01)
-    found = nearest(solve_head(ARM, ARM.head(joints)), joints)
+    found = nearest(solve_head(ARM, ARM.head(joints)), joints, RM65_LIMITS)
     assert_allclose(ARM.head(found), ARM.head(joints), atol=1e-7)
     if distance_to_singularity(ARM, joints) > 1e-2:
         assert_allclose(found, joints, atol=1e-6)
@@ -107,7 +100,7 @@ def test_nearest_finds_the_seed(joints):
 
 @given(values=angles, seed=angles)
 def test_unwinding_changes_only_whole_turns(values, seed):
-    near = unwind(values, 3.0 * seed)
+    near = unwind(values, 3.0 * seed, RM65_LIMITS)
     turns = (near - values) / (2 * np.pi)
     assert_allclose(turns, np.round(turns), atol=1e-9)
 

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, PERIOD, PLANNER, TOUCH, joints_at, run, straight
+from bathbot_scrub.arm.errors import JointLimitError
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import JointLimitError
 from bathbot_scrub.rm65.paths.joint_path import joint_move, timed_path
 from bathbot_scrub.rm65.paths.motion_planner import line_pace
 from bathbot_scrub.rm65.paths.path_runner import PathRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+
+CORNER = np.array([1.0, 0.0, 0.5, 0.5, 0.5, 0.5])  # behind a half of all joints
 
 
 @given(goal=st.lists(st.floats(-1.2, 1.2), min_size=6, max_size=6))
@@ -34,17 +36,17 @@ def test_a_way_on_the_border_of_two_profiles_is_run_too():
 
 def test_a_joint_move_beyond_the_limits_is_refused():
     with pytest.raises(JointLimitError, match="joint 3"):
-        joint_move(HOME, np.radians([0.0, 0.0, 140.0, 0.0, 0.0, 0.0]))
+        joint_move(HOME, np.radians([0.0, 0.0, 140.0, 0.0, 0.0, 0.0]), limits=RM65_LIMITS)
 
 
 def test_a_corner_is_passed_slowly():
-    lengths, joints = joint_move(np.zeros(6), np.full(6, 0.5), np.array([1.0, 0.0, 0.5, 0.5, 0.5, 0.5]))
+    lengths, joints = joint_move(np.zeros(6), np.full(6, 0.5), CORNER, limits=RM65_LIMITS)
     path = timed_path(lengths, joints, 2.0, RM65_LIMITS, 1.0)
     assert path.speed_at(0.5) < 0.3 * path.speed_at(0.05)
 
 
 def test_speed_limit_leaves_room_to_brake():
-    lengths, joints = joint_move(np.zeros(6), np.full(6, 0.5), np.array([1.0, 0.0, 0.5, 0.5, 0.5, 0.5]))
+    lengths, joints = joint_move(np.zeros(6), np.full(6, 0.5), CORNER, limits=RM65_LIMITS)
     path = timed_path(lengths, joints, 2.0, RM65_LIMITS, 1.0)
     squared = path.speed_limit**2
     assert (np.diff(squared) / np.diff(lengths)).min() >= -2 * 2.0 - 1e-6

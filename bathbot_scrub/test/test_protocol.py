@@ -5,10 +5,10 @@ import json
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller import protocol
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, decode, encode, integer, integers
 from bathbot_scrub.rm65.controller.state_push import parse_sample
-from bathbot_scrub.rm65.errors import ProtocolError
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -7,10 +7,10 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.client import ArmClient
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, decode, encode
 from bathbot_scrub.rm65.controller.state_push import StateReceiver, parse_sample
-from bathbot_scrub.rm65.errors import ProtocolError
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -3,10 +3,10 @@
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_scrub.path.reach import Reach
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from scipy.spatial.transform import Rotation
 
-ARM = Kinematics("6F")
+ARM = RM65("6F")
 STANDING = np.radians([20.0, -45.0, -60.0, 15.0, -70.0, 10.0])
 
 
@@ -60,7 +60,7 @@ def test_easy_reach_leaves_out_the_straight_wrist():
 
 
 def test_advancing_piece_by_piece_goes_as_far_as_following_all_at_once():
-    kinematics = Kinematics("6F")
+    kinematics = RM65("6F")
     start = np.radians([10.0, -60.0, -60.0, -20.0, 50.0, 20.0])
     poses = np.tile(kinematics.head(start), (120, 1, 1))
     poses[:, :3, 3] += 0.002 * np.arange(120)[:, None] * poses[0, :3, 1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, PERIOD, TARGET, TOUCH, joints_at, straight
-from bathbot_scrub.rm65.errors import CollisionError
+from bathbot_scrub.arm.errors import CollisionError
 from bathbot_scrub.rm65.motion.commanded_motion import CommandedMotion, MotionKind
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.paths.retract_path import Retract, RetractPath
@@ -87,7 +87,7 @@ def test_no_joint_is_told_to_stop_harder_than_it_can(turn, speed, until):
     poses[:, :3, :3] @= Rotation.from_euler("z", np.linspace(0.0, turn, 81)[:, None]).as_matrix()
     planner = MotionPlanner(ARM, HOME, JOINT_PACE, 0.5)
     path = planner.tool_path(joints_at(poses[0]), poses, speed)
-    motion = CommandedMotion(RetractPath(planner, RETRACT), PERIOD)
+    motion = CommandedMotion(RetractPath(planner, RETRACT), PERIOD, ARM.limits)
     motion.begin(path, line_pace(0.1, 0.3), MotionKind.SCRUB)
     joints = [motion.step() for _ in range(until)]
     motion.brake()

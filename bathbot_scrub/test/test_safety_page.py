@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from bathbot_scrub.rm65.guard.states import TRANSITIONS
+from bathbot_scrub.arm.states import TRANSITIONS
 from bathbot_scrub.rm65.guard.watchdogs import WATCHDOGS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError, SurfaceError
 from bathbot_scrub.job.scrub_inputs import ScrubInputs
 from bathbot_scrub.job.scrub_job import ArmReport
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
 REGION, NOW = "Trunk_skin", 1_700_000_000.25

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from arm_poses import PLANNER, joints_at, straight
-from bathbot_scrub.rm65.errors import NotReadyError, UnreachableError
+from bathbot_scrub.arm.errors import NotReadyError, UnreachableError
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.segment.segment import Segment
 from numpy.testing import assert_allclose

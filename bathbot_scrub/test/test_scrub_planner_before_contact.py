@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError, SurfaceError
 from bathbot_scrub.job.before_contact import BeforeContact
 from bathbot_scrub.job.scrub_job import ArmReport
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.guard.states import State
 
 TARGET = np.eye(4)
 

@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError, SurfaceError
 from bathbot_scrub.job.scrub_job import ArmReport, Code, Outcome, ScrubJob, refusal
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from synthetic_skin import cylinder, plane, target
 

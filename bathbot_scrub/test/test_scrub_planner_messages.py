@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError, OutOfReachError, SurfaceError, TargetLostError
+from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.job.scrub_job import Code, Outcome, code_of
 from bathbot_scrub.messages import (
     joints_from_state,
@@ -10,7 +12,6 @@ from bathbot_scrub.messages import (
     report_from_arm,
     result_from_outcome,
 )
-from bathbot_scrub.rm65.guard.states import State
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
 from synthetic_skin import somewhere
@@ -18,6 +19,7 @@ from synthetic_skin import somewhere
 from bathbot_msgs.action import Scrub
 from bathbot_msgs.msg import ArmState
 
+NAMES = installed_arm().joint_names
 POSES = np.array([somewhere(index) for index in range(4)])
 
 
@@ -45,9 +47,9 @@ def test_report_and_result():
 def test_joints_are_read_by_name():
     names = [f"joint{number}" for number in (6, 5, 4, 3, 2, 1)]
     state = JointState(name=names, position=[6.0, 5.0, 4.0, 3.0, 2.0, 1.0])
-    assert_allclose(joints_from_state(state), [1, 2, 3, 4, 5, 6])
+    assert_allclose(joints_from_state(state, NAMES), [1, 2, 3, 4, 5, 6])
     with pytest.raises(NotReadyError, match="joint_states names wheel"):
-        joints_from_state(JointState(name=["wheel"], position=[0.0]))
+        joints_from_state(JointState(name=["wheel"], position=[0.0]), NAMES)
 
 
 @pytest.mark.parametrize(

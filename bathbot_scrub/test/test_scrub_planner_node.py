@@ -9,8 +9,9 @@ import pytest
 import rclpy
 from bathbot_depthcorr.geometry.rigid import transform_from
 from bathbot_localize.messages import cloud_from_surface, pose_from_transform
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, Kinematics
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.scrub_planner_node import ScrubPlanner
 from bathbot_scrub.segment.messages import segment_from_message
 from diagnostic_msgs.msg import DiagnosticArray
@@ -36,8 +37,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TURN = Rotation.from_euler("z", 40, degrees=True).as_matrix()
 MOVE = transform_from(TURN, (0.5, 0.0, 0.3)) @ transform_from(translation=(-DISTANCE, 0.0, 0.0))
 TARGET = MOVE @ target()
-ARM = Kinematics("6F")
-JOINTS = nearest(solve_head(ARM, TARGET), np.radians([0, 60, -130, 0, -80, 0]))
+ARM = RM65("6F")
+JOINTS = nearest(ARM.solve_head(TARGET), ARM.home, ARM.limits)
 
 
 class World(rclpy.node.Node):

@@ -3,28 +3,27 @@
 import threading
 import time
 
-import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_from
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.force_limits import shipped_force_limits
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.job.scrub_job import ArmReport, Code
 from bathbot_scrub.job.scrub_session import Listeners, ScrubSession
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from scipy.spatial.transform import Rotation
 from synthetic_skin import DISTANCE, cylinder, moved, target
 
-ARM, REGION, NOW = Kinematics("6F"), "Trunk_skin", 100.0
+ARM, REGION, NOW = RM65("6F"), "Trunk_skin", 100.0
 SETTINGS = ScrubPlannerSettings(arm_state_max_age=30.0, stall_timeout=30.0)  # the tests may be slow
 # the cylinder of the other tests, carried to where the arm reaches it
 TURN = Rotation.from_euler("z", 40, degrees=True).as_matrix()
 MOVE = transform_from(TURN, (0.5, 0.0, 0.3)) @ transform_from(translation=(-DISTANCE, 0.0, 0.0))
 TARGET = MOVE @ target()
-JOINTS = nearest(solve_head(ARM, TARGET), np.radians([0, 60, -130, 0, -80, 0]))
+JOINTS = nearest(ARM.solve_head(TARGET), ARM.home, ARM.limits)
 
 
 class Rig:

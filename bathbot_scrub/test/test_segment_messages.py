@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.errors import InvalidPoseError
+from bathbot_scrub.arm.errors import InvalidPoseError
 from bathbot_scrub.rm65.ros.messages import checked_segment
 from bathbot_scrub.segment.messages import message_from_segment, segment_from_message
 from bathbot_scrub.segment.segment import Segment

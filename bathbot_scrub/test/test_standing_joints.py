@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.rm65.motion.commanded_motion import standing_joints
 from hypothesis import given
 from hypothesis import strategies as st

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.errors import JointLimitError, NotReadyError
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import JointLimitError, NotReadyError
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.motion.streamed_path import KEPT, LARGEST_FRAME, StreamedPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 START = np.radians([10.0, -30.0, -80.0, 5.0, 40.0, 0.0])
 FIRST = np.eye(6)[0]
 PACE = Pace(1.0, 2.0, 20.0)
-PLANNER = MotionPlanner(Kinematics("6F"), START, PACE, 0.5)
+PLANNER = MotionPlanner(RM65("6F"), START, PACE, 0.5)
 steps = st.lists(st.lists(st.floats(-0.05, 0.05), min_size=6, max_size=6), min_size=1, max_size=30)
 
 

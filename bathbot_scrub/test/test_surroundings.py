@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, TARGET, TOUCH, facing, straight
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
-from bathbot_scrub.rm65.arm.kinematics import retreated
+from bathbot_scrub.arm.clearance import swept
+from bathbot_scrub.arm.clearance_kernel import fill_clearances, within
+from bathbot_scrub.arm.errors import CollisionError, NotReadyError, UnreachableError
+from bathbot_scrub.arm.tool_path import densify, retreated, solve_path
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.arm.rm65 import RM65
-from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
-from bathbot_scrub.rm65.paths.clearance import swept
-from bathbot_scrub.rm65.paths.clearance_kernel import fill_clearances, within
 from bathbot_scrub.rm65.paths.joint_path import joint_move
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.segment.segment import Segment
 from hypothesis import given, settings
@@ -80,7 +80,7 @@ def test_nothing_on_the_way_is_stepped_over(begin, end, share, part, at):
     if np.abs(end - begin).max() < 1e-3:
         return
     capsules = RM65("6F").shape.moving
-    joints = joint_move(begin, end)[1]
+    joints = joint_move(begin, end, limits=RM65_LIMITS)[1]
     path = swept(ARM, tuple(capsules), joints)
     assert_allclose(path.joints[[0, -1]], joints[[0, -1]])
     moment = swept(ARM, tuple(capsules), np.repeat((begin + share * (end - begin))[None], 2, 0))
@@ -159,7 +159,7 @@ def test_who_stands_too_near_may_leave_but_not_come_nearer():
     )
     around.see(beside[None], Clock.now)
     around.check(planner.line(line.joints[0], -0.05, 0.1).joints, (), 0.015)
-    beside_tool = joint_move(line.joints[0], line.joints[0] + 0.05 * np.eye(6)[0])[1]
+    beside_tool = joint_move(line.joints[0], line.joints[0] + 0.05 * np.eye(6)[0], limits=RM65_LIMITS)[1]
     away, nearer = (beside_tool, 2 * beside_tool[0] - beside_tool)
     if ARM.head(away[-1])[:3, 3] @ tip[:3, 0] > tip[:3, 3] @ tip[:3, 0]:
         away, nearer = nearer, away
@@ -171,7 +171,7 @@ def test_who_stands_too_near_may_leave_but_not_come_nearer():
 def test_standing_beside_one_thing_excuses_no_other():
     around, planner = cell()
     start = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[0].joints[-1]
-    path = joint_move(start, start + 0.3 * np.eye(6)[0])[1]
+    path = joint_move(start, start + 0.3 * np.eye(6)[0], limits=RM65_LIMITS)[1]
     forearm = ARM.link_frames(path[[0, -1]])[:, 4, :3, 3]
     ahead = (forearm[1] - forearm[0]) / np.linalg.norm(forearm[1] - forearm[0])
     inside = forearm[0] - 0.03 * ahead  # in the arm already, and left behind
@@ -184,10 +184,11 @@ def test_standing_beside_one_thing_excuses_no_other():
 
 def test_the_arm_does_not_run_into_itself_or_a_wall():
     around, _ = cell()
-    into_itself = joint_move(np.zeros(6), np.radians([0.0, 0.0, -135.0, 0.0, -128.0, 0.0]))[1]
+    folded = np.radians([0.0, 0.0, -135.0, 0.0, -128.0, 0.0])
+    into_itself = joint_move(np.zeros(6), folded, limits=RM65_LIMITS)[1]
     with pytest.raises(CollisionError, match=r"Link|scrub_head"):
         around.check(into_itself, (), 0.015)
-    low = joint_move(HOME, np.radians([0.0, -120.0, 0.0, 0.0, 0.0, 0.0]))[1]
+    low = joint_move(HOME, np.radians([0.0, -120.0, 0.0, 0.0, 0.0, 0.0]), limits=RM65_LIMITS)[1]
     around.check(low[:3], (), 0.015)
     around, _ = cell(walls=(0.0, 0.0, 1.0, -0.1))
     with pytest.raises(CollisionError, match=r"the wall at \(0, 0, 1\)"):

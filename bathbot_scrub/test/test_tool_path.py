@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from arm_poses import ARM, TARGET, TOUCH, facing, straight
 from bathbot_depthcorr.geometry.rigid import rotation_angle
-from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.tool_path import densify, solve_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bathbot_scrub.rm65.errors import InvalidPoseError
+from bathbot_scrub.arm.errors import InvalidPoseError
 from bathbot_scrub.rm65.force.tool_weight import ToolWeight, estimate
 from hypothesis import given
 from hypothesis import strategies as st

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from bathbot_scrub.arm.states import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.controller.error_codes import in_words
 from bathbot_scrub.rm65.guard.following_error import NO_LAG
 from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signals
-from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction
 from bathbot_scrub.rm65.guard.watchdogs import UNSTEADY, WATCHDOGS, Watchdogs, gravest
 from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given

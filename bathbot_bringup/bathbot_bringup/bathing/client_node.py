@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bathbot_localize.messages import pose_from_transform
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.bathing import steps

@@ -10,13 +10,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import (
-    BASE_HEIGHT,
-    FOREARM,
-    UPPER_ARM,
-    Kinematics,
-)
-from bathbot_scrub.rm65.paths.tool_path import solve_path
+from bathbot_scrub.arm.tool_path import solve_path
+from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.typing import NDArray
 
 from bathbot_bringup.errors import InputError
@@ -51,7 +47,7 @@ def bench_ik(poses: int = 1000, rounds: int = 7) -> IkTimes:
     """
     if poses < 100 or rounds < 1:  # coarser steps would ask for a jump
         raise InputError(f"needs 100 poses or more and 1 round or more, got {poses} and {rounds}")
-    arm = Kinematics("6F")
+    arm = RM65("6F")
     joints = _BEGIN + np.linspace(0.0, 1.0, poses)[:, None] * _SWEEP
     heads = arm.head(joints)
     solvers: tuple[Callable[[], Array], ...] = (
@@ -74,7 +70,7 @@ def _seconds(solve: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def _eaik_solver(arm: Kinematics, heads: Array) -> Callable[[], Array]:
+def _eaik_solver(arm: RM65, heads: Array) -> Callable[[], Array]:
     """EAIK's faster way to solve for all branches; gives the first branch of each pose."""
     try:
         from eaik.IK_HP import HPRobot
@@ -99,12 +95,11 @@ def _eaik_solver(arm: Kinematics, heads: Array) -> Callable[[], Array]:
     return min((batch, single), key=lambda solve: min(_seconds(solve) for _ in range(3)))
 
 
-def _pin_solver(arm: Kinematics, heads: Array) -> Callable[[], Array]:
+def _pin_solver(arm: RM65, heads: Array) -> Callable[[], Array]:
     """Pinocchio's usual damped Newton iteration, from pose to pose."""
     import pinocchio as pin
-    from bathbot_scrub.rm65.arm.urdf import urdf
 
-    model = pin.buildModelFromXML(urdf(arm.variant))
+    model = pin.buildModelFromXML(arm.description())
     data, last = model.createData(), model.njoints - 1
     at_joint = arm.tool.T_flange_head.copy()
     goals = [pin.SE3(head) * pin.SE3(at_joint).inverse() for head in heads]

@@ -2,7 +2,7 @@
 
 import copy
 
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_from
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.installed_arm import installed_arm
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
@@ -32,16 +32,16 @@ def marker_poses(T_base_camera: ArrayLike, home: ArrayLike, count: int, seed: in
     Raises:
         BringupError: When the arm cannot show itself to such a camera.
     """
-    random, kinematics = np.random.default_rng(seed), Kinematics()
+    random, arm = np.random.default_rng(seed), installed_arm()
     T_base_camera, joints = np.asarray(T_base_camera, dtype=float), np.asarray(home, dtype=float)
     found: list[Array] = []
     for _ in range(_MOST_TRIALS):
         if len(found) == count:
             return np.array(found)
         flange = T_base_camera @ _flange_before_camera(random)
-        solutions = solve_head(kinematics, flange @ kinematics.tool.T_flange_head)
+        solutions = arm.solve_head(flange @ arm.tool.T_flange_head)
         if np.isfinite(solutions).all(axis=-1).any():
-            joints = nearest(solutions, joints)
+            joints = nearest(solutions, joints, arm.limits)
             found.append(joints)
     raise BringupError(
         f"only {len(found)} of {count} arm poses show the marker to a camera at "

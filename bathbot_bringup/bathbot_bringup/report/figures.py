@@ -3,7 +3,7 @@
 import io
 
 import numpy as np
-from bathbot_scrub.rm65.force.force_limits import RegionLimits
+from bathbot_scrub.arm.force_limits import RegionLimits
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.force_limits import shipped_force_limits
+from bathbot_scrub.arm.states import State
 from numpy.typing import NDArray
 
 from bathbot_bringup.report.contact_measures import ContactMeasures, contact_measures, in_contact

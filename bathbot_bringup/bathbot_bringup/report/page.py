@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.arm.force_limits import shipped_force_limits
 
 from bathbot_bringup.files import write_file
 from bathbot_bringup.report import figures

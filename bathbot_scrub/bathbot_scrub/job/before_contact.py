@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import NotReadyError, SurfaceError
 from bathbot_scrub.job.scrub_job import ArmReport
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.guard.states import State
 
 Array = NDArray[np.float64]
 

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 from bathbot_depthcorr.errors import BathbotError
 
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.errors import (
     ArmLeftError,
     ArmStoppedError,
@@ -24,8 +26,6 @@ from bathbot_scrub.errors import (
 )
 from bathbot_scrub.path.planner import PathPlanner
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segment.segment import Segment
 

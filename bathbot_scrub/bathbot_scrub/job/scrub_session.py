@@ -5,14 +5,14 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.force_limits import ForceLimits
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.job.scrub_inputs import ScrubInputs
 from bathbot_scrub.job.scrub_job import ArmReport, Outcome, ScrubJob
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.reach import Reach
 from bathbot_scrub.path.surface_map import Sighting
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.force.force_limits import ForceLimits
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from bathbot_scrub.segment.segment import Segment
 
@@ -32,7 +32,7 @@ class ScrubSession:
 
     def __init__(
         self,
-        kinematics: Kinematics,
+        arm: Arm,
         limits: ForceLimits,
         settings: ScrubPlannerSettings,
         clock: Callable[[], float],
@@ -40,12 +40,12 @@ class ScrubSession:
         """Begin without anything seen.
 
         Args:
-            kinematics: Of the arm that follows.
+            arm: That follows.
             limits: How far the head may be pressed in.
             settings: Of the planner.
             clock: Time [s] on the scale of the surfaces' stamps.
         """
-        self._kinematics, self._limits, self._settings, self._clock = kinematics, limits, settings, clock
+        self._arm, self._limits, self._settings, self._clock = arm, limits, settings, clock
         self.inputs = ScrubInputs(settings)
         self._job: ScrubJob | None = None
 
@@ -97,7 +97,7 @@ class ScrubSession:
     def _plan(self, task: Task, listeners: Listeners) -> PathPlanner:
         """Choose the path, pressed in as is comfortable there."""
         pressed = self._limits.comfortable(task.region, self._settings.compression)
-        reach = Reach(self._kinematics, task.joints, self.inputs.body(self._clock()))
+        reach = Reach(self._arm, task.joints, self.inputs.body(self._clock()))
         planner = PathPlanner(task, replace(self._settings, compression=pressed), reach)
         listeners.chosen(task, planner)
         return planner

@@ -3,41 +3,38 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head, wrap
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
-from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.paths.clearance import BodyClearance
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path, step_lengths
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.branches import nearest, wrap
+from bathbot_scrub.arm.clearance import BodyClearance
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.tool_path import densify, solve_path, step_lengths
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_OFF_LIMITS = np.radians(5.0)  # [rad] from the limit of a joint
-_OFF_STRETCHED = np.radians(30.0)  # [rad] of the elbow: the wrist's centre keeps 16 mm to go
 _OFF_BODY, _OFF_BODY_AT_LEAST = 0.015, 0.007  # [m] of links; the driver insists on a little less
-_OFF_STRAIGHT = np.sin(np.radians(4.0))  # of joint 5
 
 
 class Reach:
     """Closed-form inverse kinematics that keeps to one branch."""
 
-    def __init__(self, kinematics: Kinematics, joints: ArrayLike, body: ArrayLike = ()) -> None:
-        """Stand on the branch of the given joint angles [rad], shape (6,).
+    def __init__(self, arm: Arm, joints: ArrayLike, body: ArrayLike = ()) -> None:
+        """Stand on the branch of the given joint angles [rad], shape (J,).
 
         Args:
-            kinematics: The arm.
+            arm: Whose reach it is.
             joints: Where it stands.
             body: What the camera sees, shape (N, 3), base frame [m]; no link may come near it.
         """
-        self._kinematics = kinematics
+        self._arm = arm
         self._body = np.reshape(np.asarray(body, dtype=float), (-1, 3))
-        self._clearance = BodyClearance(kinematics)
+        self._clearance = BodyClearance(arm)
         self._joints = np.asarray(joints, dtype=float)
         self._last: Array | None = None
-        solutions = solve_head(kinematics, kinematics.head(self._joints))
-        chosen = nearest(solutions, self._joints)
+        solutions = arm.solve_head(arm.head(self._joints))
+        chosen = nearest(solutions, self._joints, arm.limits)
         self._branch = int(np.nanargmin(np.abs(wrap(solutions - chosen)).max(axis=-1)))
-        self._careful = _careful_limits(elbow=float(chosen[2]))
+        self._roomy = arm.roomy_limits(chosen)
 
     def holds(self, poses: ArrayLike, easily: bool = False) -> Mask:
         """Which head poses have a solution inside the limits on this branch, off the body, shape (N,).
@@ -48,10 +45,10 @@ class Reach:
                 few degrees of the skin's normal decide - or the wrist is straight: a path that passes near
                 it would make joint 4 swing round.
         """
-        solutions = solve_head(self._kinematics, poses)[..., self._branch, :]
+        solutions = self._arm.solve_head(poses)[..., self._branch, :]
         held = np.isfinite(solutions).all(axis=-1)
         if easily:
-            held &= self._careful.contain(solutions) & (np.abs(np.sin(solutions[..., 4])) > _OFF_STRAIGHT)
+            held &= self._roomy.contain(solutions) & self._arm.supple(solutions)
         margin = _OFF_BODY if easily else _OFF_BODY_AT_LEAST
         if held.any():
             held[held] = self._clearance.free(solutions[held], self._body, margin)
@@ -69,7 +66,7 @@ class Reach:
         """
         try:
             self._solve(
-                np.asarray(poses, dtype=float), self._joints, self._careful if easily else RM65_LIMITS
+                np.asarray(poses, dtype=float), self._joints, self._roomy if easily else self._arm.limits
             )
         except _CutShortError as cut:
             return cut.count, str(cut)
@@ -83,7 +80,7 @@ class Reach:
         while count:
             knots = np.stack([*before, *poses[:count]])
             try:
-                self._joints = self._solve(knots, self._joints, RM65_LIMITS)
+                self._joints = self._solve(knots, self._joints, self._arm.limits)
             except _CutShortError as cut:
                 count = min(count - 1, max(cut.count - len(before), 0))
             else:
@@ -92,23 +89,13 @@ class Reach:
         return count
 
     def _solve(self, poses: Array, seed: Array, limits: JointLimits) -> Array:
-        """Joints [rad], shape (6,), at the last of head poses, shape (N, 4, 4), or a _CutShortError."""
+        """Joints [rad], shape (J,), at the last of head poses, shape (N, 4, 4), or a _CutShortError."""
         lengths, dense = densify(poses)  # as the driver does: a joint may turn fast between two poses
         try:
-            return solve_path(self._kinematics, dense, seed, limits)[-1]
+            return solve_path(self._arm, dense, seed, limits)[-1]
         except UnreachableError as error:
             count = int(np.searchsorted(np.cumsum(step_lengths(poses)), lengths[error.index]))
             raise _CutShortError(count, str(error)) from error
-
-
-def _careful_limits(elbow: float) -> JointLimits:
-    """Limits [rad] with a margin, for an elbow bent the way of `elbow` [rad]."""
-    lower, upper = RM65_LIMITS.lower + _OFF_LIMITS, RM65_LIMITS.upper - _OFF_LIMITS
-    if elbow < 0.0:
-        upper[2] = -_OFF_STRETCHED
-    else:
-        lower[2] = _OFF_STRETCHED
-    return JointLimits(lower, upper)
 
 
 class _CutShortError(Exception):

@@ -1,1 +1,1 @@
-"""The RM65-6F arm: kinematics, the controller's protocol, jerk-limited motion, force guard, driver."""
+"""The RM65-6F: the arm, the controller's protocol, jerk-limited motion, force guard, driver."""

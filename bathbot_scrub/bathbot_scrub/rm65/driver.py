@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.force.force_limits import load_force_limits
+from bathbot_scrub.arm.arm import DrivenArm
+from bathbot_scrub.arm.errors import ArmError, NotReadyError
+from bathbot_scrub.arm.force_limits import ForceLimits, load_force_limits
+from bathbot_scrub.arm.states import State
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.approach import Approach, Request, Touch
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
@@ -52,26 +53,30 @@ class Snapshot(NamedTuple):
 class ArmDriver:
     """Drives one arm. Thread-safe; `approach` and `zero_force` block, the rest return at once."""
 
-    def __init__(self, settings: DriverSettings, warn: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        settings: DriverSettings,
+        limits: ForceLimits,
+        arm: DrivenArm,
+        link: ControllerLink,
+        warn: Callable[[str], None] = lambda _: None,
+    ) -> None:
         """Start to connect and to guard.
 
         Args:
             settings: Parameters.
+            limits: How hard each region may be touched.
+            arm: Kinematics, limits and shape.
+            link: To the arm's controller; it is the driver's from now on.
             warn: Takes one line for the log.
-
-        Raises:
-            ArmError: On a bad limits file or a UDP port that is taken.
         """
-        self.settings = settings
-        self.kinematics = Kinematics(settings.variant)
-        self.limits = load_force_limits(settings.force_limits)
+        self.settings, self.limits, self.arm, self.link = settings, limits, arm, link
         pace = Pace(settings.joint_speed, settings.joint_acceleration, 10.0 * settings.joint_acceleration)
-        self.surroundings = Surroundings(self.kinematics, settings)
+        self.surroundings = Surroundings(self.arm, settings)
         home = np.radians(settings.home_deg)
         self.planner = MotionPlanner(
-            self.kinematics, home, pace, settings.joint_share, surroundings=self.surroundings
+            self.arm, home, pace, settings.joint_share, surroundings=self.surroundings
         )
-        self.link = ControllerLink(settings, warn)
         guard = ForceGuard(self.limits, settings.home_needs_consent)
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
@@ -211,3 +216,13 @@ class ArmDriver:
             self.loop.lock.wait_for(lambda: not self.loop.guard.moving, 1.0)
         self.loop.thread.close()
         self.link.close()
+
+
+def rm65_driver(settings: DriverSettings, warn: Callable[[str], None] = lambda _: None) -> ArmDriver:
+    """The driver of the RM65 that the settings name.
+
+    Raises:
+        ArmError: On a bad limits file or a UDP port that is taken.
+    """
+    limits = load_force_limits(settings.force_limits)
+    return ArmDriver(settings, limits, RM65(settings.variant), ControllerLink(settings, warn), warn)

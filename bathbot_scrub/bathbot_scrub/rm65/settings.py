@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from bathbot_depthcorr.node.parameters import check, positive, setting
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 
+from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
 from bathbot_scrub.rm65.arm.limits import HOME_DEG, RM65_LIMITS
 from bathbot_scrub.rm65.arm.walls import walls_from
-from bathbot_scrub.rm65.errors import ArmSettingsError
 
 
 @dataclass(frozen=True, slots=True)

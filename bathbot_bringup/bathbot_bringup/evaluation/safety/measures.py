@@ -15,8 +15,8 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.states import State
 from numpy.typing import NDArray
 
 from bathbot_bringup.evaluation.safety.trial_plan import Duty, Phase
@@ -175,7 +175,7 @@ def _moves_again(calm: NDArray[np.bool_]) -> bool:
     return False
 
 
-def retract_delay(trace: TraceData, fault: float, threshold: float, kinematics: Kinematics) -> float:
+def retract_delay(trace: TraceData, fault: float, threshold: float, kinematics: Arm) -> float:
     """Time from the first pushed force over the threshold to the first frame of the retract [s].
 
     Zero where the retract began before the threshold was passed, infinite where it never came; NaN where the
@@ -195,7 +195,7 @@ def retract_delay(trace: TraceData, fault: float, threshold: float, kinematics: 
     return max(begun - float(trace.stamp[over[0]]), 0.0)
 
 
-def retract_begins(trace: TraceData, fault: float, kinematics: Kinematics) -> float:
+def retract_begins(trace: TraceData, fault: float, kinematics: Arm) -> float:
     """When the first frame of a retract was received [s]; infinite when none was.
 
     It is found from behind: where the commanded head runs outwards faster than it did before the fault, and

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.force_limits import shipped_force_limits
+from bathbot_scrub.arm.states import State
+from bathbot_scrub.installed_arm import installed_arm
 
 from bathbot_bringup.errors import BringupError
 from bathbot_bringup.evaluation.safety.fault_table import FaultCase, choose_faults
@@ -54,7 +54,7 @@ class SeedRun:
     def __init__(self, seed: int, folder: Path) -> None:
         """Find the site; `folder` takes logs and traces."""
         self._seed, self._folder = seed, folder
-        self._kinematics = Kinematics()
+        self._kinematics = installed_arm()
         surface = BathroomScene(seed).surface(load_scenario(SCENARIO))
         self._site: TrialSite = find_site(surface, true_camera_pose(), self._kinematics)
         region = shipped_force_limits().region(REGION)

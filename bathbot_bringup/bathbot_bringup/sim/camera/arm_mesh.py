@@ -6,8 +6,8 @@ they were taken from outlines on the wide side.
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import transform_points
+from bathbot_scrub.arm.arm import Arm
 from bathbot_scrub.installed_arm import installed_arm
-from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.sim.render.mesh import Mesh, capsule_shape, cylinder_shape, merged, plain_mesh
@@ -22,7 +22,7 @@ HANDLE_SLIMMER, ROOT_SLIMMER, TIP_SLIMMER = 0.002, 0.004, 0.006  # [m] of the sc
 class ArmMesh:
     """An arm with its scrub head, drawn at any joint angles."""
 
-    def __init__(self, arm: RM65 | None = None, head: bool = True) -> None:
+    def __init__(self, arm: Arm | None = None, head: bool = True) -> None:
         """Make the shapes.
 
         Args:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse, transform_from, transform_points
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.installed_arm import installed_arm
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
@@ -212,7 +212,7 @@ class MarkerView:
             self._arm.mesh.faces,
             self._room_depth,
         ).depth
-        colour = self._with_plate(picture, Kinematics().flange(joints) @ self.truth.T_flange_marker, depth)
+        colour = self._with_plate(picture, installed_arm().flange(joints) @ self.truth.T_flange_marker, depth)
         return Frame(colour, depth, 0)
 
     def _with_plate(

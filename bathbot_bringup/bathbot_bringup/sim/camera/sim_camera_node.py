@@ -14,7 +14,7 @@ from bathbot_depthcorr.ros.messages import (
     stamp_from_seconds,
 )
 from bathbot_localize.messages import message_from_transform
-from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
+from bathbot_scrub.installed_arm import installed_arm
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
 from realsense2_camera_msgs.msg import Extrinsics
@@ -91,8 +91,9 @@ class SimCamera(StageNode):
 
     def _hear_joints(self, message: JointState) -> None:
         angles = dict(zip(message.name, message.position, strict=False))
-        if all(name in angles for name in JOINT_NAMES):
-            self._arm = time.monotonic(), np.array([angles[name] for name in JOINT_NAMES])
+        names = installed_arm().joint_names
+        if all(name in angles for name in names):
+            self._arm = time.monotonic(), np.array([angles[name] for name in names])
 
     def _run(self) -> None:
         """The thread: one pair of pictures after another."""

@@ -10,10 +10,11 @@ import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_scrub.arm.errors import InvalidPoseError
+from bathbot_scrub.arm.joint_limits import JointLimits
 from bathbot_scrub.rm65.arm.branch_kernel import fill_branches, first_flawed
 from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM, Kinematics
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
-from bathbot_scrub.rm65.errors import InvalidPoseError, UnreachableError
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 
 Array = NDArray[np.float64]
 _ANY_ANGLE = np.full(6, np.inf)
@@ -44,11 +45,6 @@ def _branches(kinematics: Kinematics, T_base_flange: Array, lower: Array, upper:
     return out
 
 
-def wrap(angles: ArrayLike) -> Array:
-    """Bring angles [rad] into (-pi, pi]."""
-    return -np.remainder(-np.asarray(angles, dtype=float) + np.pi, 2 * np.pi) + np.pi
-
-
 def check_poses(T: ArrayLike) -> Array:
     """Refuse transforms, shape (..., 4, 4), that are not finite or not rigid to 1e-6.
 
@@ -64,43 +60,6 @@ def check_poses(T: ArrayLike) -> Array:
             f"pose {index} is not finite or its rotation is not orthonormal; send unit quaternions"
         )
     return poses
-
-
-def within_limits(solutions: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
-    """Replace solutions [rad], shape (..., 6), outside the limits by NaN."""
-    solutions = np.asarray(solutions, dtype=float)
-    return np.where(limits.contain(solutions)[..., None], solutions, np.nan)
-
-
-def unwind(solutions: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
-    """Add full turns so that each angle [rad], shape (..., 6), is nearest to `seed` inside the limits."""
-    solutions, seed = np.asarray(solutions, dtype=float), np.asarray(seed, dtype=float)
-    near = solutions + 2 * np.pi * np.round((seed - solutions) / (2 * np.pi))
-    near = np.where(near > limits.upper, near - 2 * np.pi, near)
-    return np.where(near < limits.lower, near + 2 * np.pi, near)
-
-
-def nearest(solutions: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:
-    """Choose the solution whose largest joint travel from `seed` is least.
-
-    Args:
-        solutions: Candidates [rad], shape (8, 6), NaN where there is none.
-        seed: Joint angles [rad], shape (6,).
-        limits: Candidates outside are not considered.
-
-    Returns:
-        Joint angles [rad], shape (6,).
-
-    Raises:
-        UnreachableError: When no candidate lies inside the limits.
-    """
-    candidates = within_limits(unwind(solutions, seed, limits), limits)
-    travel = np.abs(candidates - np.asarray(seed)).max(-1)
-    if np.all(np.isnan(travel)):
-        raise UnreachableError(
-            "no joint solution inside the limits; choose a nearer target or another direction"
-        )
-    return candidates[int(np.nanargmin(travel))]
 
 
 def solve_head(kinematics: Kinematics, T_base_head: ArrayLike, limits: JointLimits = RM65_LIMITS) -> Array:

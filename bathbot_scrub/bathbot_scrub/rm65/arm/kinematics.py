@@ -11,7 +11,7 @@ import numpy as np
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.errors import ArmSettingsError
+from bathbot_scrub.arm.errors import ArmSettingsError
 
 Array = NDArray[np.float64]
 
@@ -89,10 +89,3 @@ def _link_transform(alpha: float, a: float, d: float, theta: Array) -> Array:
     step[..., 2, 2], step[..., 2, 3] = cos_alpha, d * cos_alpha
     step[..., 3, 3] = 1.0
     return step
-
-
-def retreated(T_base_head: Array, distance: float) -> Array:
-    """The head pose `distance` [m] back along its z axis, (4, 4)."""
-    T = np.array(T_base_head, dtype=float)
-    T[:3, 3] -= distance * T[:3, 2]
-    return T

@@ -17,10 +17,10 @@ from bathbot_localize.arm.arm_shape import ArmCapsule
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 
+from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.rm65.arm.capsules import arm_shape
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import ArmSettingsError
 
 _MASSES = (1.51, 1.653, 0.726, 0.671, 0.647)  # [kg] Link1..Link5, data sheet
 _FLANGE_MASSES = {"B": 0.107, "6F": 0.248, "6FB": 0.189}  # [kg] Link6, data sheet

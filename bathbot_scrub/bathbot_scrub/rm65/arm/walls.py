@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bathbot_scrub.rm65.errors import ArmSettingsError
+from bathbot_scrub.arm.errors import ArmSettingsError
 
 
 class Wall(NamedTuple):

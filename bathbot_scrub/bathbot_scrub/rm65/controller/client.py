@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from numpy.typing import ArrayLike
 
+from bathbot_scrub.arm.errors import ArmConnectionError, ProtocolError, RefusedError
 from bathbot_scrub.rm65.controller.protocol import Frame, FrameBuffer, encode, joints_to_wire
-from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError, RefusedError
 
 REPLY_TIMEOUT = 0.5  # [s], the vendor's own
 _CONNECT_TIMEOUT = 2.0  # [s]

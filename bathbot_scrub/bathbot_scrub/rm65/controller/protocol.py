@@ -14,7 +14,7 @@ import numpy as np
 from bathbot_depthcorr.geometry.rigid import rotation_from_quaternion
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.errors import ProtocolError
+from bathbot_scrub.arm.errors import ProtocolError
 
 Array = NDArray[np.float64]
 Frame = dict[str, Any]

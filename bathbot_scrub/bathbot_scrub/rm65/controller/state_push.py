@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.arm.errors import ArmConnectionError, ProtocolError
 from bathbot_scrub.rm65.controller.protocol import (
     Frame,
     decode,
@@ -21,7 +22,6 @@ from bathbot_scrub.rm65.controller.protocol import (
     quaternion_from_wire,
     wrench_from_wire,
 )
-from bathbot_scrub.rm65.errors import ArmConnectionError, ProtocolError
 from bathbot_scrub.rm65.timing.priority import raise_priority
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.errors import InvalidPoseError
+from bathbot_scrub.arm.errors import InvalidPoseError
 
 Array = NDArray[np.float64]
 _GRAVITY = np.array([0.0, 0.0, -9.80665])  # [m/s^2] in the base frame: the arm stands upright

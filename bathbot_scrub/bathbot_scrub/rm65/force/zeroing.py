@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force.force_limits import ForceLimits
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.force_limits import ForceLimits
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
 
 _ON_ITS_WAY = 0.03  # [s] for samples that are older than the controller's reply

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.force.force_limits import ForceLimits, RegionLimits
+from bathbot_scrub.arm.force_limits import ForceLimits, RegionLimits
 from bathbot_scrub.rm65.force.wrench_filter import resultant
 
 Array = NDArray[np.float64]

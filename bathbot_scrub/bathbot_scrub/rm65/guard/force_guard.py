@@ -5,11 +5,11 @@ The states and the ways between them are in `states`. Time comes in with the rea
 
 import numpy as np
 
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.force.force_limits import ForceLimits, RegionLimits
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.force_limits import ForceLimits, RegionLimits
+from bathbot_scrub.arm.states import QUIET, Action, Alarm, Cause, Reaction, State
 from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import Reading, limit_passed, surge
-from bathbot_scrub.rm65.guard.states import QUIET, Action, Alarm, Cause, Reaction, State
 
 _SLOPE = 0.03  # [s] of good readings that a slope needs
 

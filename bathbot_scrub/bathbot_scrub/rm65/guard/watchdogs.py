@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bathbot_scrub.arm.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.controller.error_codes import in_words
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.signal_health import Activity, Signals
-from bathbot_scrub.rm65.guard.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.settings import DriverSettings
 
 RATED_FORCE, RATED_TORQUE = 200.0, 7.0  # [N], [Nm] of the sensor; the lower of two documents

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.errors import (
+from bathbot_scrub.arm.errors import (
     ArmError,
     CanceledError,
     ForceLimitError,
@@ -18,9 +17,10 @@ from bathbot_scrub.rm65.errors import (
     NotReadyError,
     UnreachableError,
 )
-from bathbot_scrub.rm65.force.force_limits import ForceLimits
+from bathbot_scrub.arm.force_limits import ForceLimits
+from bathbot_scrub.arm.states import Cause, Reaction, State
+from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import Cause, Reaction, State
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.controller_link import ControllerLink
@@ -162,14 +162,14 @@ class Approach:
                         "the approach was canceled" if left >= 0.0 else "the approach took too long"
                     )
             if command is not None:
-                head = self._planner.kinematics.head(command)
+                head = self._planner.arm.head(command)
                 progress(float(target[:3, 2] @ (target[:3, 3] - head[:3, 3])), self._force())
 
     def _felt(self) -> Touch:
         with self._loop.lock:
             if self._loop.guard.state is not State.CONTACT or self._loop.motion.command is None:
                 raise _why(self._loop.guard)
-            return Touch(self._planner.kinematics.head(self._loop.motion.command), self._force())
+            return Touch(self._planner.arm.head(self._loop.motion.command), self._force())
 
     def _force(self) -> float:
         wrench = self._link.wrench

@@ -8,9 +8,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import NotReadyError
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import RetractPath
@@ -67,17 +67,18 @@ _STATE_OF = {  # in which a motion of a kind may go on after a stop
 class CommandedMotion:
     """Gives the joints to command, period by period. Not thread-safe."""
 
-    def __init__(self, retract_path: RetractPath, period: float) -> None:
+    def __init__(self, retract_path: RetractPath, period: float, limits: JointLimits) -> None:
         """Nothing is commanded yet.
 
         Args:
             retract_path: Gives the way off the skin.
             period: Of the commands [s].
+            limits: Of the joints; nothing beyond is ever commanded.
         """
         self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
         self.runner: PathRunner | None = None
         self.kind = MotionKind.TRANSIT
-        self._retract_path, self._period = retract_path, period
+        self._retract_path, self._period, self._limits = retract_path, period, limits
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
 
@@ -205,8 +206,8 @@ class CommandedMotion:
         if self._trail is not None:
             trail, origin = self._trail
             joints = joints + trail.step() - origin
-        RM65_LIMITS.check(joints)
-        RM65_LIMITS.check_step(self.command, joints, self._period)
+        self._limits.check(joints)
+        self._limits.check_step(self.command, joints, self._period)
         self.command = joints
         return joints
 

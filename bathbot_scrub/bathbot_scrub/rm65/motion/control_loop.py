@@ -13,11 +13,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, NotReadyError, UnreachableError
+from bathbot_scrub.arm.errors import ArmConnectionError, ArmError, NotReadyError, UnreachableError
+from bathbot_scrub.arm.states import Action, Alarm, State
 from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import comfort
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
-from bathbot_scrub.rm65.guard.states import Action, Alarm, State
 from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, IdleContact, Watchdogs, gravest
 from bathbot_scrub.rm65.motion.commanded_motion import (
     ARRIVALS,
@@ -70,7 +70,7 @@ class ControlLoop:
         self.path_open = False  # a path was begun and its last segment has not come
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
         self._retract_path = RetractPath(planner, Retract(settings.retract_distance, settings.retract_speed))
-        self.motion = CommandedMotion(self._retract_path, self._period)
+        self.motion = CommandedMotion(self._retract_path, self._period, planner.limits)
         self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch()
         self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
 

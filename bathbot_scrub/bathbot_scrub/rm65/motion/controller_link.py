@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.arm.errors import ArmConnectionError, ArmError, RefusedError
 from bathbot_scrub.rm65.controller.client import ArmClient, Connection
 from bathbot_scrub.rm65.controller.state_push import ArmSample, StateReceiver
-from bathbot_scrub.rm65.errors import ArmConnectionError, ArmError, RefusedError
 from bathbot_scrub.rm65.force.tool_weight import ToolWeight
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench, WrenchFilter
 from bathbot_scrub.rm65.force.zeroing import Zeroing

@@ -7,17 +7,18 @@ under the force guard's limit for free air.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses, nearest, solve_head
-from bathbot_scrub.rm65.errors import ArmError, CanceledError, NotReadyError
-from bathbot_scrub.rm65.force.force_limits import ForceLimits
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.errors import ArmError, CanceledError, NotReadyError
+from bathbot_scrub.arm.force_limits import ForceLimits
+from bathbot_scrub.arm.states import State
+from bathbot_scrub.arm.tool_path import densify, solve_path
+from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.streamed_path import StreamedPath
 from bathbot_scrub.rm65.paths.joint_path import JointPath, timed_path
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 
 Array = NDArray[np.float64]
 LINE_SPEED = 0.10  # [m/s] of the head along a line at full speed
@@ -65,11 +66,11 @@ class ProgramMoves:
             UnreachableError: Out of reach, beyond a joint's limit, or through a singularity.
         """
         planner, start = self._planner, self._loop.standing()
-        goal = check_poses(T_base_flange) @ planner.kinematics.tool.T_flange_head
-        ends = np.stack([planner.kinematics.head(start), goal])
+        goal = check_poses(T_base_flange) @ planner.arm.tool.T_flange_head
+        ends = np.stack([planner.arm.head(start), goal])
         distances, poses = densify(ends)
         if len(distances) > 1:
-            joints = solve_path(planner.kinematics, poses, start, planner.limits)
+            joints = solve_path(planner.arm, poses, start, planner.limits)
             self._run(_joint_path(distances, joints, share * LINE_SPEED, planner), planner.joint_pace)
 
     def stream(self, goal: ArrayLike, now: float) -> None:
@@ -132,9 +133,9 @@ class ProgramMoves:
             )
 
     def _nearest(self, T_base_flange: Array, seed: Array) -> Array:
-        arm = self._planner.kinematics
-        solutions = solve_head(arm, T_base_flange @ arm.tool.T_flange_head, self._planner.limits)
-        return nearest(solutions, seed, self._planner.limits)
+        arm = self._planner.arm
+        solutions = arm.solve_head(T_base_flange @ arm.tool.T_flange_head, arm.limits)
+        return nearest(solutions, seed, arm.limits)
 
     def _follows_stream(self) -> bool:
         """Whether a stream is being followed still."""

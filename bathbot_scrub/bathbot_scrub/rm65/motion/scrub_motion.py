@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from bathbot_scrub.arm.errors import ArmError, NotReadyError
+from bathbot_scrub.arm.force_limits import ForceLimits
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.errors import ArmError, NotReadyError
-from bathbot_scrub.rm65.force.force_limits import ForceLimits
-from bathbot_scrub.rm65.guard.states import State
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
@@ -84,7 +84,7 @@ class ScrubMotion:
         first = check_poses(segment.T_base_heads)
         if first.ndim != 3 or not len(first):
             raise NotReadyError(f"path {segment.path_id} begins without poses; send some")
-        head = self._planner.kinematics.head(start)
+        head = self._planner.arm.head(start)
         lead_in = self._planner.lead_in(head, first[0], settings.lift, settings.max_lead_in)
         path = ScrubPath(segment, self._planner, start, lead_in, settings.max_scrub_speed)
         pace = line_pace(settings.max_scrub_speed, settings.scrub_acceleration)

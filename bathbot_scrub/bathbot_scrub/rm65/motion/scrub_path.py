@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.arm.errors import InvalidPoseError, NotReadyError
+from bathbot_scrub.arm.tool_path import densify, solve_path
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.errors import InvalidPoseError, NotReadyError
-from bathbot_scrub.rm65.paths.joint_path import JointPath
+from bathbot_scrub.rm65.paths.joint_path import JointPath, timed_tool_path
 from bathbot_scrub.rm65.paths.motion_planner import LINE_DECELERATION, MotionPlanner
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path, timed_tool_path
 from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class ScrubPath:
         self.path_id, self.region, self.finished = first.path_id, first.region, False
         self._planner, self._top_speed = planner, top_speed
         distances, dense = densify(check_poses(lead_in))
-        self._joints = solve_path(planner.kinematics, dense, joints, planner.limits)
+        self._joints = solve_path(planner.arm, dense, joints, planner.limits)
         planner.check_tool_path(self._joints, dense)
         last_piece = np.linalg.norm(lead_in[-1, :3, 3] - lead_in[-2, :3, 3])
         self._distances = distances
@@ -77,7 +77,7 @@ class ScrubPath:
             raise InvalidPoseError(f"segment {segment.index} asks for a speed of {segment.speed} m/s")
         distances, dense = densify(knots)
         if len(distances) > 1:
-            joints = solve_path(self._planner.kinematics, dense, self._joints[-1], self._planner.limits)
+            joints = solve_path(self._planner.arm, dense, self._joints[-1], self._planner.limits)
             self._planner.check_tool_path(joints, dense)
             self._joints = np.concatenate([self._joints, joints[1:]])
             self._caps = np.concatenate(

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.errors import NotReadyError
+from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 

@@ -11,12 +11,12 @@ from itertools import pairwise, permutations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import wrap
-from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
-from bathbot_scrub.rm65.arm.limits import JointLimits
-from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.branches import wrap
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.tool_path import densify, retreated, solve_path
 from bathbot_scrub.rm65.paths.joint_path import JointPath
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path
 
 Array = NDArray[np.float64]
 _STEP = 0.01  # [m] between samples over the skin
@@ -33,7 +33,7 @@ _GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wri
 class FreeSpace:
     """Finds the way through it for one arm, as joints to pass."""
 
-    kinematics: Kinematics
+    arm: Arm
     home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
     limits: JointLimits
 
@@ -46,13 +46,13 @@ class FreeSpace:
             UnreachableError: When there is no way at all, with what is in the way of the most direct.
         """
         first, found = None, False
-        T = self.kinematics.head(near)
+        T = self.arm.head(near)
         for back in _BACKS:
             try:
                 line = [near]
                 if back:
                     poses = densify([T, retreated(T, back)], 0.01)[1]
-                    line = list(solve_path(self.kinematics, poses, near, self.limits))
+                    line = list(solve_path(self.arm, poses, near, self.limits))
                 for folding in self._foldings(line[-1], far, side):
                     found = True
                     yield line + folding
@@ -113,18 +113,18 @@ class FreeSpace:
 
     def _towards(self, joints: Array, side: Array) -> tuple[Array, Array]:
         """How far wrist and head lie along z of `side` [m], (N, 5), and heads, (N, 3), of joints (N, 6)."""
-        frames = self.kinematics.link_frames(joints)
-        heads = frames[:, 6, :3, 3] + self.kinematics.tool.length * frames[:, 6, :3, 2]
+        frames = self.arm.link_frames(joints)
+        heads = frames[:, 6, :3, 3] + self.arm.tool.length * frames[:, 6, :3, 2]
         return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
 
 
 def waypoints_home(
-    kinematics: Kinematics, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
+    arm: Arm, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
 ) -> list[Array]:
     """Joints [rad] to pass after `start`, home the last.
 
     Args:
-        kinematics: The arm.
+        arm: Whose path it is.
         start: Joints now, shape (6,).
         came: From home to the stand-off.
         home: Where to end, shape (6,).
@@ -136,13 +136,13 @@ def waypoints_home(
     start, home = np.asarray(start, dtype=float), np.asarray(home, dtype=float)
     if np.abs(came.joints[0] - home).max() > _SAME:
         raise UnreachableError("the arm did not come from home")
-    now, standoff = kinematics.head(start), kinematics.head(came.joints[-1])
+    now, standoff = arm.head(start), arm.head(came.joints[-1])
     away = now[:3, 3] - standoff[:3, 3]
     if np.linalg.norm(away) > _FARTHEST:
         raise UnreachableError(f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m")
     over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
     _, dense = densify(np.stack([now, over, standoff]), _STEP)
-    across = solve_path(kinematics, dense, start, limits)
+    across = solve_path(arm, dense, start, limits)
     wound = across[-1] - came.joints[-1]
     if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
         raise UnreachableError("the arm stands on another branch than it came on")

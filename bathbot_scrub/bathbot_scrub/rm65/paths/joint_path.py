@@ -11,10 +11,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.tool_path import SAMPLE_TURN
 
 Array = NDArray[np.float64]
-SAMPLE_TURN = 0.01  # [rad] between joint samples, at most
+LEVER = 0.1  # [m/rad] by which the travel of a joint counts as length of a tool path
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +108,7 @@ def timed_path(
     return JointPath(lengths, joints, np.sqrt(np.maximum(ahead - 2 * deceleration * lengths, 0.0)))
 
 
-def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits = RM65_LIMITS) -> tuple[Array, Array]:
+def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits) -> tuple[Array, Array]:
     """Straight lines in joint space; s is the travel of the joint that travels most [rad].
 
     Args:
@@ -135,3 +136,29 @@ def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits = RM65_L
         lengths.append(lengths[-1][-1] + parts * travel)
         joints.append(before + parts[:, None] * (after - before))
     return np.concatenate(lengths), np.concatenate(joints)
+
+
+def timed_tool_path(
+    distances: Array,
+    joints: Array,
+    deceleration: float,
+    limits: JointLimits,
+    share: float,
+    cap: ArrayLike,
+) -> JointPath:
+    """A tool path with its speed: s grows with the way of the head, and faster where a joint turns far.
+
+    Args:
+        distances: Of the head along the path [m], shape (N,), strictly rising.
+        joints: [rad], shape (N, 6).
+        deceleration: Of s, with which slower parts ahead are met.
+        limits: Of the joints.
+        share: Of the joints' speed and acceleration that may be used, 0..1.
+        cap: Largest speed of the head [m/s], at each sample or one for all.
+    """
+    moved = np.diff(distances)
+    steps = np.maximum(moved, LEVER * np.abs(np.diff(joints, axis=0)).max(-1))
+    stretch = steps / moved  # ds/dx of each step; a sample heeds the lesser of both sides
+    stretch = np.minimum(np.append(stretch, stretch[-1]), np.insert(stretch, 0, stretch[0]))
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    return timed_path(lengths, joints, deceleration, limits, share, stretch * cap)

@@ -13,21 +13,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import (
-    all_branches,
-    check_poses,
-    solve_head,
-    unwind,
-    why_unreachable,
-    within_limits,
-)
-from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
-from bathbot_scrub.rm65.errors import CollisionError, NotReadyError, UnreachableError
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.branches import unwind, within_limits
+from bathbot_scrub.arm.errors import CollisionError, NotReadyError, UnreachableError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.tool_path import SAMPLE_STEP, densify, retreated, solve_path
+from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.paths.free_space import FreeSpace, waypoints_home
-from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
+from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path, timed_tool_path
 from bathbot_scrub.rm65.paths.path_runner import Pace
-from bathbot_scrub.rm65.paths.tool_path import SAMPLE_STEP, densify, solve_path, timed_tool_path
 
 if TYPE_CHECKING:  # it loads Pinocchio, which not everybody who plans needs
     from bathbot_scrub.rm65.paths.surroundings import Surroundings
@@ -46,16 +40,20 @@ _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 class MotionPlanner:
     """Plans for one arm."""
 
-    kinematics: Kinematics
+    arm: Arm
     home: Array  # folded posture [rad], shape (6,): the wrist may turn freely there
     joint_pace: Pace
     joint_share: float  # of the joints' limits that tool paths may use
-    limits: JointLimits = RM65_LIMITS
     surroundings: "Surroundings | None" = None  # what paths must not meet; None: nothing is known
 
     def __post_init__(self) -> None:
         """Compile the inverse kinematics now, before anything moves."""
-        all_branches(self.kinematics, self.kinematics.flange(self.home))
+        self.arm.solve_head(self.arm.head(self.home))
+
+    @property
+    def limits(self) -> JointLimits:
+        """Those of the arm."""
+        return self.arm.limits
 
     def joint_path(self, start: ArrayLike, *goals: ArrayLike) -> JointPath:
         """Straight in joint space; s is the travel of the fastest joint [rad].
@@ -121,12 +119,12 @@ class MotionPlanner:
             UnreachableError: With what is in the way.
         """
         start = np.asarray(start, dtype=float)
-        patch = self.kinematics.head(start)[None, :3, 3]
+        patch = self.arm.head(start)[None, :3, 3]
         if came is not None:
             with suppress(UnreachableError):  # another way follows
-                way = waypoints_home(self.kinematics, start, came, self.home, self.limits)
+                way = waypoints_home(self.arm, start, came, self.home, self.limits)
                 return self._first_clear([self.joint_path(start, *way)], patch)
-        side = retreated(self.kinematics.head(start), -_NEAR_SIDE)
+        side = retreated(self.arm.head(start), -_NEAR_SIDE)
         ways = self._free_space.waypoints(start, self.home, side)
         return self._first_clear((self.joint_path(start, *way[1:], self.home) for way in ways), patch)
 
@@ -151,7 +149,7 @@ class MotionPlanner:
         if self.surroundings is not None:
             self.surroundings.trust()
         first, found = None, False
-        for posture in postures(self.kinematics, T_base_head, start, self.limits):
+        for posture in postures(self.arm, T_base_head, start, self.limits):
             ways = self._free_space.waypoints(posture, start, T_base_head)
             try:
                 path = self._first_clear((self.joint_path(start, *reversed(way)) for way in ways), patch)
@@ -178,7 +176,7 @@ class MotionPlanner:
 
     @property
     def _free_space(self) -> FreeSpace:
-        return FreeSpace(self.kinematics, self.home, self.limits)
+        return FreeSpace(self.arm, self.home, self.limits)
 
     def tool_path(
         self, start: ArrayLike, poses: ArrayLike, cap: float, step: float = SAMPLE_STEP
@@ -197,7 +195,7 @@ class MotionPlanner:
         distances, dense = densify(check_poses(poses), step)
         if len(distances) < 2:
             raise NotReadyError("the path has no length; the head is there already")
-        joints = solve_path(self.kinematics, dense, start, self.limits)
+        joints = solve_path(self.arm, dense, start, self.limits)
         if np.abs(joints[0] - start).max() > 0.02:
             raise UnreachableError("the path does not begin where the arm stands")
         return timed_tool_path(distances, joints, LINE_DECELERATION, self.limits, self.joint_share, cap)
@@ -214,7 +212,7 @@ class MotionPlanner:
         Raises:
             UnreachableError: When not even the shorter line is within reach.
         """
-        T = self.kinematics.head(start)
+        T = self.arm.head(start)
         ends = np.stack([T, T])
         ends[1, :3, 3] += along_z * T[:3, 2]
         try:
@@ -254,18 +252,18 @@ def _place(T: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f}) m".format(*T[:3, 3])
 
 
-def postures(kinematics: Kinematics, T_base_head: Array, start: Array, limits: JointLimits) -> Array:
+def postures(arm: Arm, T_base_head: Array, start: Array, limits: JointLimits) -> Array:
     """Joints [rad], shape (N, 6), that hold the head at a pose, (4, 4), the best to go to from `start` first.
 
     Raises:
         UnreachableError: When there are none; with the reason.
     """
-    solutions = within_limits(unwind(solve_head(kinematics, T_base_head, limits), start), limits)
+    solutions = within_limits(unwind(arm.solve_head(T_base_head, limits), start, limits), limits)
     cost = np.abs(solutions - start).sum(-1) + _ROOM_WEIGHT * (_ROOM - _room(solutions, limits))
     order = np.argsort(cost)[: np.isfinite(cost).sum()]
     if not len(order):
         place = "({:.3f}, {:.3f}, {:.3f}) m".format(*T_base_head[:3, 3])
-        why = why_unreachable(kinematics, T_base_head, limits)
+        why = arm.why_unreachable(T_base_head, limits)
         raise UnreachableError(f"no joint solution for the head at {place}: {why}")
     return solutions[order]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ruckig import ControlInterface, InputParameter, OutputParameter, Ruckig, RuckigError
 
-from bathbot_scrub.rm65.errors import ArmError
+from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 
 Array = NDArray[np.float64]

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.errors import CollisionError, UnreachableError
+from bathbot_scrub.arm.errors import CollisionError, UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
@@ -80,7 +79,7 @@ class RetractPath:
         if ready is not None:
             shift = joints - ready.joints[0]
             moved = replace(ready, joints=ready.joints + shift)
-            if np.abs(shift).max() <= _FARTHEST and RM65_LIMITS.contain(moved.joints).all():
+            if np.abs(shift).max() <= _FARTHEST and self._planner.limits.contain(moved.joints).all():
                 return moved
         return self._plan(joints)
 
@@ -111,4 +110,4 @@ class RetractPath:
 
     def _place(self, path: JointPath) -> Array:
         """Where the head is at first, shape (1, 3) [m]: there it may touch."""
-        return self._planner.kinematics.head(path.joints[0])[None, :3, 3]
+        return self._planner.arm.head(path.joints[0])[None, :3, 3]

@@ -10,15 +10,12 @@ from typing import NamedTuple
 import coal
 import numpy as np
 import pinocchio as pin
-from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.kinematics import LINK_NAMES
-from bathbot_scrub.rm65.arm.urdf import urdf
+from bathbot_scrub.arm.arm import DrivenArm
 from bathbot_scrub.rm65.arm.walls import Wall
 
 Array = NDArray[np.float64]
-_CHAIN = (*LINK_NAMES, SCRUB_HEAD.frame)
 _NEIGHBOURS = 2  # links this near in the chain are kept apart by the limits of the joints between them
 
 
@@ -31,24 +28,24 @@ class Near(NamedTuple):
 
 
 class ArmModel:
-    """One variant of the arm between walls. Not thread-safe: it keeps the result of its last call."""
+    """An arm between walls. Not thread-safe: it keeps the result of its last call."""
 
-    def __init__(self, variant: str = "6F", walls: Sequence[Wall] = ()) -> None:
-        """Build the model from the URDF of a variant."""
-        description = urdf(variant)
+    def __init__(self, arm: DrivenArm, walls: Sequence[Wall] = ()) -> None:
+        """Build the model from the arm's URDF."""
+        self._arm, description = arm, arm.description()
         self.model = pin.buildModelFromXML(description)
         self._data = self.model.createData()
-        self._head = self.model.getFrameId(SCRUB_HEAD.frame)
+        self._head = self.model.getFrameId(arm.tool.frame)
         self._shapes, self._names = self._geometry(description, walls)
         self._shape_data = pin.GeometryData(self._shapes)
 
     def head(self, joints: ArrayLike) -> Array:
-        """T_base_head, shape (4, 4), for joints [rad], shape (6,)."""
+        """T_base_head, shape (4, 4), for joints [rad], shape (J,)."""
         pin.framesForwardKinematics(self.model, self._data, np.asarray(joints, dtype=float))
         return self._data.oMf[self._head].homogeneous
 
     def jacobian(self, joints: ArrayLike) -> Array:
-        """Jacobian of the scrub head in the base frame, shape (6, 6): rows velocity, then rotation."""
+        """Jacobian of the scrub head in the base frame, shape (6, J): rows velocity, then rotation."""
         return pin.computeFrameJacobian(
             self.model,
             self._data,
@@ -62,7 +59,7 @@ class ArmModel:
         return float(abs(np.linalg.det(self.jacobian(joints))))
 
     def nearest(self, joints: ArrayLike) -> Near:
-        """What of the arm is nearest to another part of it or to a wall, at joints [rad], shape (6,)."""
+        """What of the arm is nearest to another part of it or to a wall, at joints [rad], shape (J,)."""
         q = np.asarray(joints, dtype=float)
         pin.computeDistances(self.model, self._data, self._shapes, self._shape_data, q)
         distances = [result.min_distance for result in self._shape_data.distanceResults]
@@ -83,12 +80,13 @@ class ArmModel:
             solid = coal.Halfspace(np.array(wall.normal), wall.offset)
             shapes.addGeometryObject(pin.GeometryObject(f"wall{number}", 0, pin.SE3.Identity(), solid))
             names.append(wall.name)
-        places = [_CHAIN.index(name) for name in names[:links]]
+        chain = (*self._arm.link_names, self._arm.tool.frame)
+        places = [chain.index(name) for name in names[:links]]
         for first in range(links):
             for second in range(first + 1, links):
                 if places[second] - places[first] > _NEIGHBOURS:
                     shapes.addCollisionPair(pin.CollisionPair(first, second))
-            if places[first] >= 2:  # base and shoulder do not move where they could meet a wall
+            if names[first] not in self._arm.shape.standing:
                 for wall in range(links, len(names)):
                     shapes.addCollisionPair(pin.CollisionPair(first, wall))
         return shapes, names

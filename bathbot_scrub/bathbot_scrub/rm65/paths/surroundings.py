@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.arm import DrivenArm
+from bathbot_scrub.arm.clearance import BodyClearance, SweptArm
+from bathbot_scrub.arm.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.arm.walls import walls_from
-from bathbot_scrub.rm65.errors import CollisionError, NotReadyError
-from bathbot_scrub.rm65.paths.clearance import BodyClearance, SweptArm
 from bathbot_scrub.rm65.paths.self_collision import ArmModel
 from bathbot_scrub.rm65.settings import DriverSettings
 
@@ -36,24 +36,24 @@ class Surroundings:
 
     def __init__(
         self,
-        kinematics: Kinematics,
+        arm: DrivenArm,
         settings: DriverSettings,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Know the arm and the walls; the body comes with `see`.
 
         Args:
-            kinematics: The arm.
+            arm: Whose paths they are.
             settings: Walls, margins, and how old a picture of the body may be.
             clock: Gives the time now [s].
         """
         self.margin, self.scrub_margin = settings.body_margin, settings.scrub_margin
         self._max_age, self._clock = settings.body_max_age, clock
         walls = walls_from(settings.walls)
-        self._model, self._model_lock = ArmModel(kinematics.variant, walls), threading.Lock()
+        self._model, self._model_lock = ArmModel(arm, walls), threading.Lock()
         folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
         self._own = min(-_OVERLAP, folded - _CLOSER)
-        self._clearance = BodyClearance(kinematics)
+        self._clearance = BodyClearance(arm)
         self._body: Body | None = None
 
     def see(self, points: ArrayLike, stamp: float) -> None:

@@ -22,9 +22,8 @@ from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
-from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
-from bathbot_scrub.rm65.driver import Snapshot
-from bathbot_scrub.rm65.errors import (
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.errors import (
     ArmSettingsError,
     CanceledError,
     ForceLimitError,
@@ -33,6 +32,8 @@ from bathbot_scrub.rm65.errors import (
     NoContactError,
     UnreachableError,
 )
+from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
+from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.motion.approach import Request, Touch
 from bathbot_scrub.segment.messages import BASE, segment_from_message
 from bathbot_scrub.segment.segment import Segment
@@ -154,11 +155,11 @@ def pose_stamped(T: Array, stamp: Time) -> PoseStamped:
     return message
 
 
-def tree_message(kinematics: Kinematics, joints: Array, stamp: Time) -> TFMessage:
+def tree_message(arm: Arm, joints: Array, stamp: Time) -> TFMessage:
     """Transforms base_link -> Link1 -> ... -> Link6 -> scrub_head."""
-    frames = kinematics.link_frames(joints)
-    steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], kinematics.tool.T_flange_head[None]])
-    names = (*LINK_NAMES, HEAD)
+    frames = arm.link_frames(joints)
+    steps = np.concatenate([inverse(frames[:-1]) @ frames[1:], arm.tool.T_flange_head[None]])
+    names = (*arm.link_names, arm.tool.frame)
     transforms = []
     for parent, child, step in zip(names, names[1:], messages_from_transforms(steps), strict=False):
         message = TransformStamped(child_frame_id=child, transform=step)

@@ -16,8 +16,8 @@ from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment
-from bathbot_scrub.rm65.arm.urdf import urdf
-from bathbot_scrub.rm65.driver import ArmDriver
+from bathbot_scrub.rm65.arm.rm65 import RM65
+from bathbot_scrub.rm65.driver import rm65_driver
 from bathbot_scrub.rm65.motion.approach import Touch
 from bathbot_scrub.rm65.ros.messages import (
     approach_result,
@@ -50,11 +50,11 @@ class Rm65Driver(StageNode):
             tree=make(TFMessage, "/tf", 100),
             state=make(ArmState, "arm_state", 10),
         )
-        make(String, "robot_description", LATCHED).publish(String(data=urdf(settings.variant)))
+        make(String, "robot_description", LATCHED).publish(String(data=RM65(settings.variant).description()))
 
     def start(self) -> None:
         """Connect, and offer what the arm can do."""
-        self._driver = driver = self.hold(ArmDriver(self._settings, self._warn))
+        self._driver = driver = self.hold(rm65_driver(self._settings, self._warn))
         self._telemetry, self._refused = Telemetry(driver, self._outputs), ""
         self.get_logger().info(f"control loop runs at {driver.loop.thread.priority}")
         self.offer("arm/stop", driver.stop)

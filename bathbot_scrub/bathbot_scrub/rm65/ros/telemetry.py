@@ -2,9 +2,9 @@
 
 from typing import Any, NamedTuple, Protocol
 
+from bathbot_scrub.arm.states import Reaction, State
 from bathbot_scrub.rm65.driver import ArmDriver, Snapshot
 from bathbot_scrub.rm65.guard.force_checks import comfort
-from bathbot_scrub.rm65.guard.states import Reaction, State
 from bathbot_scrub.rm65.guard.watchdogs import UNSTEADY, WATCHDOGS, gravest
 from bathbot_scrub.rm65.ros.messages import (
     arm_state_message,
@@ -57,9 +57,9 @@ class Telemetry:
             publishers.joints.publish(joint_state_message(sample.joints, stamp))
             publishers.wrench.publish(wrench_message(wrench.raw, stamp))
             publishers.filtered.publish(wrench_message(wrench.filtered, stamp))
-            publishers.pose.publish(pose_stamped(self._driver.kinematics.head(sample.joints), stamp))
+            publishers.pose.publish(pose_stamped(self._driver.arm.head(sample.joints), stamp))
             if self._calls % self._tree_every == 0:
-                publishers.tree.publish(tree_message(self._driver.kinematics, sample.joints, stamp))
+                publishers.tree.publish(tree_message(self._driver.arm, sample.joints, stamp))
         guard = self._driver.loop.guard
         if self._calls % self._state_every and (guard.state, guard.reason) == self._shown:
             return None

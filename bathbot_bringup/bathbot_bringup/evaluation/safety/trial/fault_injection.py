@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.force.force_limits import shipped_force_limits
+from bathbot_scrub.arm.force_limits import shipped_force_limits
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
 from bathbot_bringup.evaluation.safety.trial.stroke_player import LastPose, spoilt

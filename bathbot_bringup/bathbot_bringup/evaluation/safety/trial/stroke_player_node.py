@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 import numpy as np
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
 
 from bathbot_bringup.evaluation.safety.trial.operator_node import Operator
 from bathbot_bringup.evaluation.safety.trial.stroke_player import StrokePlayer

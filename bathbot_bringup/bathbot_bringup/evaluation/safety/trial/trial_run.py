@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bathbot_scrub.rm65.guard.states import State
+from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.motion.commanded_motion import ARRIVALS, MotionKind
 from numpy.typing import NDArray
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
-from bathbot_scrub.installed_arm import installed_arm
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics, retreated
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.tool_path import retreated
 from numpy.typing import NDArray
 
 from bathbot_bringup.errors import InputError
@@ -128,7 +128,7 @@ def seen_skin(surface: SkinSurface, T_base_target: Array) -> Array:
     return points.reshape(*u.shape, 3)
 
 
-def find_site(surface: SkinSurface, T_base_camera: Array, kinematics: Kinematics) -> TrialSite:
+def find_site(surface: SkinSurface, T_base_camera: Array, arm: Arm) -> TrialSite:
     """The site on the trunk, seen from the camera, with most room about it and most for the wrist.
 
     Raises:
@@ -136,7 +136,7 @@ def find_site(surface: SkinSurface, T_base_camera: Array, kinematics: Kinematics
     """
     frames = _seen(surface, T_base_camera)
     for room in _ROOMS:
-        found = [_reachable(T, room, surface, kinematics) for T in frames]
+        found = [_reachable(T, room, surface, arm) for T in frames]
         sites = [entry for entry in found if entry is not None]
         if sites:
             return max(sites, key=lambda entry: entry[0])[1]
@@ -165,7 +165,7 @@ def _frame(origin: Array, z: Array) -> Array:
 
 
 def _reachable(
-    T: Array, room: float, surface: SkinSurface, kinematics: Kinematics
+    T: Array, room: float, surface: SkinSurface, arm: Arm
 ) -> tuple[float, TrialSite] | None:
     """The site and how far the wrist is from its flip; None where skin or arm do not reach all about."""
     normals = _normals(surface, T, _ROUND)
@@ -179,15 +179,15 @@ def _reachable(
     poses = _even(surface, T, np.vstack([0.5 * sides, sides]))
     if poses is None:
         return None
-    solutions = solve_head(kinematics, np.concatenate([_back(poses, d) for d in (-0.01, 0.05, 0.11)]))
+    solutions = arm.solve_head(np.concatenate([_back(poses, d) for d in (-0.01, 0.05, 0.11)]))
     common = np.isfinite(solutions).all(axis=(0, 2))
     if not common.any():
         return None
-    waiting = solve_head(kinematics, retreated(T, READY))[common]
+    waiting = arm.solve_head(retreated(T, READY))[common]
     if not np.isfinite(waiting).any():
         return None
     bend = float(np.abs(solutions[:, common, 4]).min(axis=0).max())
-    return bend, TrialSite(T, nearest(waiting, installed_arm().home), room, surface)
+    return bend, TrialSite(T, nearest(waiting, arm.home, arm.limits), room, surface)
 
 
 def _even(surface: SkinSurface, T: Array, offsets: Array) -> Array | None:

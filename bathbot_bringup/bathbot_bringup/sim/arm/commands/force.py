@@ -3,8 +3,8 @@
 from functools import partial
 
 import numpy as np
+from bathbot_scrub.arm.errors import ArmError, ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers, joints_from_wire
-from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.arm.commands.planning import begin, check_ready

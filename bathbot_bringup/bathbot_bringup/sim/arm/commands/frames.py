@@ -1,7 +1,7 @@
 """Tool and work frames: asked for, added, changed, chosen, deleted."""
 
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers
-from bathbot_scrub.rm65.errors import ProtocolError
 
 from bathbot_bringup.sim.arm.commands.table import Desk, answer, command, state, word
 from bathbot_bringup.sim.arm.controller.arm_setup import Frames, ToolFrame

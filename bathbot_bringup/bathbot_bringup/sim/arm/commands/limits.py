@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers
-from bathbot_scrub.rm65.errors import ProtocolError
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.arm.commands.table import Desk, answer, command, state

@@ -5,8 +5,8 @@ With trajectory_connect 1 a piece waits for the next one; all of them end in one
 """
 
 import numpy as np
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers, joints_from_wire, pose_from_wire
-from bathbot_scrub.rm65.errors import ProtocolError
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.arm.commands.planning import begin, check_ready, share_of

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+from bathbot_scrub.arm.errors import ArmError, JointLimitError, ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer
-from bathbot_scrub.rm65.errors import ArmError, JointLimitError, ProtocolError
 
 from bathbot_bringup.sim.arm.commands.table import Desk
 from bathbot_bringup.sim.arm.controller.arm_health import ARC_IMPOSSIBLE, TARGET_OVER_LIMIT, UNREACHABLE

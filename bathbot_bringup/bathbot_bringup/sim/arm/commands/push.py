@@ -4,8 +4,8 @@ import ipaddress
 from dataclasses import replace
 from typing import Any
 
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer
-from bathbot_scrub.rm65.errors import ProtocolError
 
 from bathbot_bringup.sim.arm.commands.table import Desk, answer, command, flag, word
 from bathbot_bringup.sim.arm.controller.push import BLOCKS

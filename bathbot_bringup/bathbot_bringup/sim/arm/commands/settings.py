@@ -4,8 +4,8 @@ In this order: mounting, initial posture, collision stage, modes; power of arm a
 delete, emergency stop.
 """
 
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, integer, integers, joints_from_wire
-from bathbot_scrub.rm65.errors import ProtocolError
 
 from bathbot_bringup.sim.arm.commands.table import Desk, answer, command, flag, state
 

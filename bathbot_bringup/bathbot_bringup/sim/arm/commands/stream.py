@@ -3,7 +3,9 @@
 import time
 
 import numpy as np
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.errors import ArmError, ProtocolError
+from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
 from bathbot_scrub.rm65.controller.protocol import (
     Frame,
     integer,
@@ -12,7 +14,6 @@ from bathbot_scrub.rm65.controller.protocol import (
     pose_from_wire,
     quaternion_from_wire,
 )
-from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from bathbot_scrub.arm.errors import ArmError, ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame
-from bathbot_scrub.rm65.errors import ArmError, ProtocolError
 
 from bathbot_bringup.sim.arm.controller.controller import Controller
 from bathbot_bringup.sim.arm.controller.push import PushSettings

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
+from bathbot_scrub.arm.errors import ProtocolError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import pose_from_wire
-from bathbot_scrub.rm65.errors import ProtocolError
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.brush import Brush
@@ -24,7 +25,7 @@ DRIVE_LIMITS = replace(RM65_LIMITS, acceleration=np.radians([600.0] * 6))  # wha
 class Arm:
     """Which arm is emulated."""
 
-    kinematics: Kinematics
+    kinematics: RM65
     limits: JointLimits
     brush: Brush
     generation: int = 3

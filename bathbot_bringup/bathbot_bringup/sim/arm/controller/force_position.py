@@ -7,7 +7,7 @@ to the force that is missing, turning axes stay fixed, and the rest of the motio
 from dataclasses import dataclass
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ class ForcePosition:
     force: Array  # [N] with which the tool shall press along x, y, z, shape (3,)
     limit: Array  # [m/s] along x, y, z, shape (3,)
 
-    def joint_speed(self, kinematics: Kinematics, joints: Array, wrench: Array) -> Array:
+    def joint_speed(self, kinematics: RM65, joints: Array, wrench: Array) -> Array:
         """Speed of the joints [rad/s], shape (6,), that takes the force nearer to the desired one.
 
         Args:

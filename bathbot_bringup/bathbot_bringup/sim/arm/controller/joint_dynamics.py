@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from bathbot_scrub.rm65.arm.limits import JointLimits
+from bathbot_scrub.arm.joint_limits import JointLimits
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]

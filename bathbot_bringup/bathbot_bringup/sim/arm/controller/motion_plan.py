@@ -7,13 +7,14 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.arm.limits import JointLimits
-from bathbot_scrub.rm65.errors import UnreachableError
+from bathbot_scrub.arm.branches import nearest
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.joint_limits import JointLimits
+from bathbot_scrub.arm.tool_path import densify, solve_path, step_lengths
+from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path
 from bathbot_scrub.rm65.paths.path_runner import Pace
-from bathbot_scrub.rm65.paths.tool_path import densify, solve_path, step_lengths
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
@@ -61,7 +62,7 @@ class ArcError(UnreachableError):
 class Planner:
     """Plans pieces of motion for one arm."""
 
-    def __init__(self, kinematics: Kinematics, limits: JointLimits, speeds: Speeds) -> None:
+    def __init__(self, kinematics: RM65, limits: JointLimits, speeds: Speeds) -> None:
         """Plan within the limits and speeds as they are now."""
         self._kinematics, self._limits, self._speeds = kinematics, limits, speeds
 

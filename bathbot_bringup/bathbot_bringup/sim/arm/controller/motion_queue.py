@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.errors import ArmError
+from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from numpy.typing import NDArray
 

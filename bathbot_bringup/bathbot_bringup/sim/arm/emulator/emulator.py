@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
+from bathbot_scrub.arm.errors import ArmConnectionError
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.protocol import Frame
-from bathbot_scrub.rm65.errors import ArmConnectionError
 from bathbot_scrub.rm65.timing.priority import raise_priority
 from numpy.typing import NDArray
 
@@ -70,7 +70,7 @@ class Emulator:
             ArmConnectionError: When the port cannot be opened.
         """
         self.faults, self.trace = FaultSchedule(), Trace()
-        arm = Arm(Kinematics(settings.variant), RM65_LIMITS, Brush(), settings.generation)
+        arm = Arm(RM65(settings.variant), RM65_LIMITS, Brush(), settings.generation)
         controller = Controller(
             arm,
             np.radians(settings.joints_deg),

@@ -4,8 +4,8 @@ import asyncio
 import logging
 from collections.abc import Callable
 
+from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller.protocol import Frame, FrameBuffer, encode
-from bathbot_scrub.rm65.errors import ProtocolError
 
 from bathbot_bringup.sim.faults.fault_schedule import FaultSchedule
 from bathbot_bringup.sim.faults.lasting_fault import Place

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from bathbot_depthcorr.node.parameters import check, setting
+from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
 from bathbot_scrub.rm65.arm.limits import HOME_DEG
-from bathbot_scrub.rm65.errors import ArmSettingsError
 
 
 @dataclass(frozen=True, slots=True)

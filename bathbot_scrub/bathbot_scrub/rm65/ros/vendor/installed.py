@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.errors import ArmSettingsError
 
 
 def vendor_topics(node: Any, driver: ArmDriver) -> Any:

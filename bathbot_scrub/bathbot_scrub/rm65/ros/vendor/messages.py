@@ -7,7 +7,7 @@ from geometry_msgs.msg import Pose
 from numpy.typing import ArrayLike, NDArray
 from rm_ros_interfaces.msg import Jointerrorcode, Sixforce
 
-from bathbot_scrub.rm65.errors import InvalidPoseError
+from bathbot_scrub.arm.errors import InvalidPoseError
 from bathbot_scrub.rm65.ros.messages import checked_transforms
 
 Array = NDArray[np.float64]

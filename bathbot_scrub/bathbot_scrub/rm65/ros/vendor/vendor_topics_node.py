@@ -14,8 +14,8 @@ from geometry_msgs.msg import Pose
 from rm_ros_interfaces.msg import Cartepos, Jointerrorcode, Jointpos, Movej, Movejp, Movel, Sixforce
 from std_msgs.msg import Bool, UInt16
 
+from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.rm65.driver import ArmDriver
-from bathbot_scrub.rm65.errors import ArmError
 from bathbot_scrub.rm65.ros.vendor.messages import (
     flange_from_message,
     joint_error_message,

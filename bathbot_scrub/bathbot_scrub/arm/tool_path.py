@@ -1,18 +1,17 @@
-"""From head poses to joints along a path: dense samples, one branch, and the speed that joints allow."""
+"""From head poses to joints along a path: dense samples, one branch, no jumps."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from bathbot_scrub.rm65.arm.inverse_kinematics import nearest, solve_head, why_unreachable, wrap
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS, JointLimits
-from bathbot_scrub.rm65.errors import UnreachableError
-from bathbot_scrub.rm65.paths.joint_path import SAMPLE_TURN, JointPath, timed_path
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.branches import nearest, wrap
+from bathbot_scrub.arm.errors import UnreachableError
+from bathbot_scrub.arm.joint_limits import JointLimits
 
 Array = NDArray[np.float64]
+SAMPLE_TURN = 0.01  # [rad] between joint samples, at most
 SAMPLE_STEP = 0.001  # [m] between joint samples of a tool path
-LEVER = 0.1  # [m/rad] by which the travel of a joint counts as length of a tool path
 LARGEST_STEP = 0.2  # [rad] between joint samples; more is a flip of the wrist
 
 
@@ -60,28 +59,29 @@ def densify(poses: ArrayLike, step: float = SAMPLE_STEP) -> tuple[Array, Array]:
 
 
 def solve_path(
-    kinematics: Kinematics, poses: ArrayLike, seed: ArrayLike, limits: JointLimits = RM65_LIMITS
+    arm: Arm, poses: ArrayLike, seed: ArrayLike, limits: JointLimits | None = None
 ) -> Array:
     """Joint angles along a path of head poses, on one branch, without jumps.
 
     Args:
-        kinematics: The arm.
+        arm: Whose path it is.
         poses: T_base_head, shape (N, 4, 4), closely spaced.
-        seed: Joints [rad], shape (6,), from which the path begins; decides the branch.
-        limits: Of the joints.
+        seed: Joints [rad], shape (J,), from which the path begins; decides the branch.
+        limits: Of the joints; the arm's own if left out.
 
     Returns:
-        Joints [rad], shape (N, 6).
+        Joints [rad], shape (N, J).
 
     Raises:
         UnreachableError: Out of reach, outside the limits, or through a singularity where the wrist
             would flip.
     """
     poses = np.asarray(poses, dtype=float)
-    solutions = solve_head(kinematics, poses, limits)
+    limits = limits or arm.limits
+    solutions = arm.solve_head(poses, limits)
     if np.isnan(solutions[0]).any(-1).all():
         raise UnreachableError(
-            f"pose 0 of the path is out of reach: {why_unreachable(kinematics, poses[0], limits)}"
+            f"pose 0 of the path is out of reach: {arm.why_unreachable(poses[0], limits)}"
         )
     start = nearest(solutions[0], seed, limits)
     branch = int(np.nanargmin(np.abs(wrap(solutions[0] - start)).max(-1)))
@@ -90,7 +90,7 @@ def solve_path(
     if lost.any():
         index = int(np.argmax(lost))
         _continuous(chosen[:index], start, limits)  # a joint may meet its limit before that
-        why = why_unreachable(kinematics, poses[index], limits, branch)
+        why = arm.why_unreachable(poses[index], limits, branch)
         raise UnreachableError(f"pose {index} of {len(lost)} of the path is out of reach: {why}", index)
     return _continuous(chosen, start, limits)
 
@@ -122,27 +122,8 @@ def _continuous(joints: Array, start: Array, limits: JointLimits) -> Array:
     )
 
 
-def timed_tool_path(
-    distances: Array,
-    joints: Array,
-    deceleration: float,
-    limits: JointLimits,
-    share: float,
-    cap: ArrayLike,
-) -> JointPath:
-    """A tool path with its speed: s grows with the way of the head, and faster where a joint turns far.
-
-    Args:
-        distances: Of the head along the path [m], shape (N,), strictly rising.
-        joints: [rad], shape (N, 6).
-        deceleration: Of s, with which slower parts ahead are met.
-        limits: Of the joints.
-        share: Of the joints' speed and acceleration that may be used, 0..1.
-        cap: Largest speed of the head [m/s], at each sample or one for all.
-    """
-    moved = np.diff(distances)
-    steps = np.maximum(moved, LEVER * np.abs(np.diff(joints, axis=0)).max(-1))
-    stretch = steps / moved  # ds/dx of each step; a sample heeds the lesser of both sides
-    stretch = np.minimum(np.append(stretch, stretch[-1]), np.insert(stretch, 0, stretch[0]))
-    lengths = np.concatenate([[0.0], np.cumsum(steps)])
-    return timed_path(lengths, joints, deceleration, limits, share, stretch * cap)
+def retreated(T_base_head: Array, distance: float) -> Array:
+    """The head pose `distance` [m] back along its z axis, (4, 4)."""
+    T = np.array(T_base_head, dtype=float)
+    T[:3, 3] -= distance * T[:3, 2]
+    return T

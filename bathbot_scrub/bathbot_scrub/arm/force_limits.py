@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 
-from bathbot_scrub.rm65.errors import ArmSettingsError, NotReadyError
+from bathbot_scrub.arm.errors import ArmSettingsError, NotReadyError
 
 _SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
 _NAME = Path("config") / "force_limits.yaml"
@@ -111,7 +111,7 @@ class ForceLimits:
 
 def default_file() -> Path:
     """The file of this checkout, or of the installed package."""
-    places = [Path(__file__).parents[3]]
+    places = [Path(__file__).parents[2]]
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         places.append(Path(prefix) / "share" / "bathbot_scrub")
     return next((place / _NAME for place in places if (place / _NAME).is_file()), places[0] / _NAME)

@@ -10,9 +10,8 @@ import numpy as np
 from bathbot_localize.arm.arm_shape import ArmCapsule
 from numpy.typing import NDArray
 
-from bathbot_scrub.rm65.arm.capsules import arm_shape
-from bathbot_scrub.rm65.arm.kinematics import LINK_NAMES, Kinematics
-from bathbot_scrub.rm65.paths.clearance_kernel import beside, fill_clearances, within
+from bathbot_scrub.arm.arm import Arm
+from bathbot_scrub.arm.clearance_kernel import beside, fill_clearances, within
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -23,7 +22,7 @@ PATCH_RADIUS = 0.06  # [m] about the place that is washed within which the head 
 class SweptArm(NamedTuple):
     """Where the capsules are at the samples, and how far they stray between these."""
 
-    joints: Array  # (N, 6) [rad] of the samples
+    joints: Array  # (N, J) [rad] of the samples
     ends: Array  # (N, C, 2, 3) of the capsules' axes, base frame [m]
     stray: Array  # (N,) [m] that any part of the arm is off the nearest sample, half-way to the next
 
@@ -39,23 +38,23 @@ class Nearest(NamedTuple):
 class BodyClearance:
     """The links that move, of one arm."""
 
-    def __init__(self, kinematics: Kinematics) -> None:
+    def __init__(self, arm: Arm) -> None:
         """Take the capsules of the arm; compiles, or loads, what it needs."""
-        self._kinematics = kinematics
-        self.capsules = arm_shape(kinematics.variant, kinematics.tool).moving
+        self._arm = arm
+        self.capsules = arm.shape.moving
         self._radii = np.array([capsule.radius for capsule in self.capsules])
-        self._touches = np.array([capsule.link == kinematics.tool.frame for capsule in self.capsules])
-        self.free(np.zeros((1, 6)), np.ones((1, 3)), 0.0)
+        self._touches = np.array([capsule.link == arm.tool.frame for capsule in self.capsules])
+        self.free(np.zeros((1, len(arm.joint_names))), np.ones((1, 3)), 0.0)
         self.beside(np.zeros((len(self.capsules), 2, 3)), np.ones((1, 3)), np.zeros((1, 3)), 0.0)
 
     def swept(self, joints: Array) -> SweptArm:
-        """A closely spaced joint path, shape (N, 6) [rad], thinned out."""
-        return swept(self._kinematics, self.capsules, joints)
+        """A closely spaced joint path, shape (N, J) [rad], thinned out."""
+        return swept(self._arm, self.capsules, joints)
 
     def free(self, joints: Array, points: Array, margin: float) -> Mask:
-        """Which postures, shape (N, 6) [rad], keep a margin [m] to points, (M, 3); heads may touch at any."""
-        ends = capsule_ends(self._kinematics, self.capsules, joints)
-        patch = self._kinematics.head(joints)[:, :3, 3]
+        """Which postures, shape (N, J) [rad], keep a margin [m] to points, (M, 3); heads may touch at any."""
+        ends = capsule_ends(self._arm, self.capsules, joints)
+        patch = self._arm.head(joints)[:, :3, 3]
         return self.nearest(ends, points, patch, margin).clearances >= margin
 
     def beside(self, ends: Array, points: Array, patch: Array, margin: float) -> Mask:
@@ -81,17 +80,17 @@ class BodyClearance:
         return Nearest(found[0], found[1], some[found[2]] if len(some) else found[2])
 
 
-def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> SweptArm:
+def swept(arm: Arm, capsules: tuple[ArmCapsule, ...], joints: Array) -> SweptArm:
     """Thin out a dense joint path.
 
     A point of a capsule lies between the ends of its axis, so it moves no farther than they do.
 
     Args:
-        kinematics: The arm.
+        arm: Whose capsules they are.
         capsules: In the frames of the links.
-        joints: Closely spaced, shape (M, 6) [rad]; first and last are kept.
+        joints: Closely spaced, shape (M, J) [rad]; first and last are kept.
     """
-    ends = capsule_ends(kinematics, capsules, joints)
+    ends = capsule_ends(arm, capsules, joints)
     steps = np.linalg.norm(np.diff(ends, axis=0), axis=-1).max(axis=(1, 2))
     way = np.concatenate([[0.0], np.cumsum(steps)])
     kept = np.unique(
@@ -102,11 +101,11 @@ def swept(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Arra
     return SweptArm(joints[kept], ends[kept], stray)
 
 
-def capsule_ends(kinematics: Kinematics, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:
-    """Ends of the capsules' axes, shape (N, C, 2, 3), base frame [m], for joints (N, 6) [rad]."""
-    frames = kinematics.link_frames(joints)
-    frames = np.concatenate([frames, frames[:, -1:] @ kinematics.tool.T_flange_head], axis=1)
-    places = [LINK_NAMES.index(c.link) if c.link in LINK_NAMES else len(LINK_NAMES) for c in capsules]
+def capsule_ends(arm: Arm, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:
+    """Ends of the capsules' axes, shape (N, C, 2, 3), base frame [m], for joints (N, J) [rad]."""
+    frames = arm.link_frames(joints)
+    frames = np.concatenate([frames, frames[:, -1:] @ arm.tool.T_flange_head], axis=1)
+    places = [(*arm.link_names, arm.tool.frame).index(capsule.link) for capsule in capsules]
     local = np.array([(c.start, c.end) for c in capsules])
     frames = frames[:, places]
     ends = np.einsum("ncij,cej->ncei", frames[..., :3, :3], local) + frames[:, :, None, :3, 3]
