@@ -1,5 +1,7 @@
 """The D455's error model: laws, and the table the presets were chosen for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bathbot_bringup.errors import SettingsError
@@ -126,7 +128,16 @@ def test_published_numbers_are_the_factory_s_and_true_ones_lie_near():
     assert 0.0 < abs(unit.colour.fx / unit.published_colour.fx - 1.0) < 0.002
     off = np.linalg.inv(unit.published_T_colour_depth) @ unit.T_colour_depth
     assert_allclose(np.linalg.norm(off[:3, 3]), 0.0009, rtol=0.3)
-    assert unit.serial == "SIM455-0001"
+
+
+@pytest.mark.parametrize(("seed", "preset", "serial"), [
+    (1, PRESETS["paper"], "SIM455-0001-paper"),
+    (1, PRESETS["good"], "SIM455-0001-good"),
+    (23, PRESETS["yaw"], "SIM455-0023-yaw"),
+    (1, replace(PRESETS["paper"], ripple=0.01), "SIM455-0001-custom"),
+])  # fmt: skip
+def test_the_serial_names_unit_and_preset(seed, preset, serial):
+    assert make_unit(seed, preset, 848, 480).serial == serial
 
 
 def test_a_perfect_unit_publishes_the_truth():

@@ -137,7 +137,7 @@ def test_a_camera_is_calibrated_live(camera, environment, tmp_path):
     assert process.returncode == 0, complaint
     assert "Traceback" not in complaint
     assert "errors on 2 held out" in said
-    assert load(tmp_path / "unit.npz").serial == "SIM455-0001"
+    assert load(tmp_path / "unit.npz").serial == "SIM455-0001-paper"
     assert sorted(file.name for file in tmp_path.iterdir()) == [
         "logs", "report.json", "unit.npz", "unit.png", "views",
     ]  # fmt: skip

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bathbot_bringup.bathing.settings import DemoSettings
-from bathbot_bringup.graph.installation import SIM_CALIBRATION, SIM_HAND_EYE, config_file
+from bathbot_bringup.graph.installation import SIM_HAND_EYE, config_file
 from bathbot_bringup.graph.isolation import Ports
 from bathbot_bringup.graph.node_table import Parameters
 
@@ -26,7 +26,7 @@ def demo_nodes(settings: DemoSettings, epoch: float, ports: Ports, bag: Path) ->
         "sim_rm65": {**body, "port": ports.tcp, "udp_port": ports.udp},
         "rm65_driver": {"host": "127.0.0.1", "port": ports.tcp, "udp_port": ports.udp},
         "scrub_planner": {},
-        "depth_corrector": {"calibration": SIM_CALIBRATION},
+        "depth_corrector": {"calibration": settings.calibration.absolute()},
         "skin_detector": {"threads": 1},
         "target_localizer": {
             "region": settings.region,

@@ -4,8 +4,13 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from bathbot_depthcorr.calibration_file import load
+from bathbot_depthcorr.geometry.camera_unit import OtherCameraError
+
 from bathbot_bringup.bathing.steps import full_region_name
 from bathbot_bringup.errors import SettingsError
+from bathbot_bringup.graph.installation import SIM_CALIBRATION
+from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_bringup.sim.scenario import load_scenario
 
 PRESETS = ("paper", "yaw", "good")
@@ -23,6 +28,7 @@ class DemoSettings:
         duration: Longest time of scrubbing [s].
         rate: Pictures per second of the simulated camera [Hz].
         preset: Error model of the simulated depth camera.
+        calibration: Of that camera's depth.
     """
 
     region: str
@@ -32,6 +38,7 @@ class DemoSettings:
     duration: float = 60.0
     rate: float = 5.0
     preset: str = "paper"
+    calibration: Path = SIM_CALIBRATION
 
     def __post_init__(self) -> None:
         """Refuse what cannot be simulated.
@@ -49,5 +56,20 @@ class DemoSettings:
             raise SettingsError(f"rate must lie in 1..60 Hz, got {self.rate}; try 5")
         if self.preset not in PRESETS:
             raise SettingsError(f"no preset is named {self.preset!r}; there are {', '.join(PRESETS)}")
+        self._refuse_other_camera()
         if self.out.exists() and not self.out.is_dir():
             raise SettingsError(f"{self.out} is a file; give a folder for the results")
+
+    def _refuse_other_camera(self) -> None:
+        """Refuse a calibration of another unit or preset: it would put targets centimetres off."""
+        camera, calibrated = SimCameraSettings(preset=self.preset).unit(), load(self.calibration).unit
+        try:
+            calibrated.refuse_other(camera.published_depth, camera.serial)
+        except OtherCameraError as error:
+            mine = f"{self.preset}.npz"
+            raise SettingsError(
+                f"calibration {self.calibration.name} is for camera {calibrated.serial or 'unnamed'}, preset "
+                f"{self.preset} simulates {camera.serial}; make its own with `bathbot simulate board "
+                f"--preset {self.preset} --out wall && bathbot calibrate depth wall --out {mine}` and add "
+                f"--calibration {mine}"
+            ) from error

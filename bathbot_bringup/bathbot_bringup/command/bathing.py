@@ -18,6 +18,9 @@ def demo(
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),
+    calibration: Path = typer.Option(
+        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
+    ),
 ) -> None:
     """Bathe a simulated person: see, correct, locate, approach, scrub, retract, go home.
 
@@ -27,13 +30,16 @@ def demo(
     \b
       bathbot demo
       bathbot demo --region upperlimb --seed 3 --scenario restless --out bathing/arm
+      bathbot demo --preset good --calibration good.npz      after: simulate board, calibrate depth
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.bathing.settings import DemoSettings
     from bathbot_bringup.bathing.steps import full_region_name
     from bathbot_bringup.demo import run_demo
+    from bathbot_bringup.graph.installation import SIM_CALIBRATION
 
     folder = out or Path("bathing") / time.strftime("%Y%m%d-%H%M%S")
-    settings = DemoSettings(full_region_name(region), seed, scenario, folder, duration, rate, preset)
+    name, calibration = full_region_name(region), calibration or SIM_CALIBRATION
+    settings = DemoSettings(name, seed, scenario, folder, duration, rate, preset, calibration)
     raise typer.Exit(run_demo(settings))
 
 

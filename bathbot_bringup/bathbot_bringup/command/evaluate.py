@@ -97,6 +97,9 @@ def demo(
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),
+    calibration: Path = typer.Option(
+        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
+    ),
 ) -> None:
     """Run the demo once per seed and print mean, spread and extremes of its numbers.
 
@@ -110,11 +113,12 @@ def demo(
     from bathbot_bringup.bathing.steps import full_region_name
     from bathbot_bringup.command.arguments import seed_list
     from bathbot_bringup.evaluation.demo import evaluate_demo
+    from bathbot_bringup.graph.installation import SIM_CALIBRATION
 
-    name = full_region_name(region)
+    name, calibration = full_region_name(region), calibration or SIM_CALIBRATION
 
     def settings(seed: int, folder: Path) -> DemoSettings:
-        return DemoSettings(name, seed, scenario, folder, duration, rate, preset)
+        return DemoSettings(name, seed, scenario, folder, duration, rate, preset, calibration)
 
     raise typer.Exit(evaluate_demo(settings, seed_list(seeds), json_file, out))
 
@@ -130,6 +134,9 @@ def localization(
     preset: str = typer.Option(
         "paper", help="Error model of the simulated depth camera: paper, yaw or good."
     ),
+    calibration: Path = typer.Option(
+        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
+    ),
 ) -> None:
     """Compare contact targets with the simulated truth, seed by seed, without moving the arm.
 
@@ -140,11 +147,12 @@ def localization(
     from bathbot_bringup.bathing.steps import full_region_name
     from bathbot_bringup.command.arguments import seed_list
     from bathbot_bringup.evaluation.localization import evaluate_localization
+    from bathbot_bringup.graph.installation import SIM_CALIBRATION
 
-    name = full_region_name(region)
+    name, calibration = full_region_name(region), calibration or SIM_CALIBRATION
 
     def settings(seed: int, folder: Path) -> DemoSettings:
-        return DemoSettings(name, seed, scenario, folder, 60.0, rate, preset)
+        return DemoSettings(name, seed, scenario, folder, 60.0, rate, preset, calibration)
 
     raise typer.Exit(evaluate_localization(settings, seed_list(seeds), targets, json_file))
 

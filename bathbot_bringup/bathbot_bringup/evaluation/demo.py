@@ -28,7 +28,7 @@ def demo_arguments(settings: DemoSettings) -> list[str]:
     return [
         "demo", "--region", settings.region, "--seed", str(settings.seed), "--scenario", settings.scenario,
         "--out", str(settings.out), "--duration", str(settings.duration), "--rate", str(settings.rate),
-        "--preset", settings.preset,
+        "--preset", settings.preset, "--calibration", str(settings.calibration.absolute()),
     ]  # fmt: skip
 
 

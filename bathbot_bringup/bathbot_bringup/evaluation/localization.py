@@ -56,6 +56,7 @@ def evaluate_localization(
     Returns:
         0 if the region was found for every seed, else 1.
     """
+    settings_of(seeds[0], Path("unused"))  # refuses bad options before anything starts
     console = Console(highlight=False)
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as temporary:

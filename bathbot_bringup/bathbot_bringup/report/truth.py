@@ -9,12 +9,11 @@ from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.report.run_data import TargetSeen
 from bathbot_bringup.sim.body import CLASS_NAMES
 from bathbot_bringup.sim.body_surface import BodySurface
-from bathbot_bringup.sim.camera.d455_unit import find_preset, make_unit
+from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_bringup.sim.scenario import load_scenario
 from bathbot_bringup.sim.scene import BathroomScene
 
 Array = NDArray[np.float64]
-SENSOR_SEED, WIDTH, HEIGHT = 1, 848, 480  # the one unit of the simulated bathroom, and its pictures [px]
 
 
 def seen_target(sighting: Sighting) -> TargetSeen:
@@ -35,7 +34,7 @@ class Truth:
             epoch: ROS time at which the body's motion began [s].
         """
         scene = BathroomScene(settings.seed)
-        unit = make_unit(SENSOR_SEED, find_preset(settings.preset), WIDTH, HEIGHT)
+        unit = SimCameraSettings(preset=settings.preset).unit()
         self._epoch = epoch
         self.colour = unit.colour
         self.T_base_colour: Array = scene.T_base_camera @ inverse(unit.T_colour_depth)

@@ -94,6 +94,11 @@ def find_preset(name: str) -> Preset:
     return PRESETS[name]
 
 
+def preset_name(preset: Preset) -> str:
+    """Name of a preset, "custom" for sizes that have none."""
+    return next((name for name, known in PRESETS.items() if known == preset), "custom")
+
+
 class D455Unit(NamedTuple):
     """Cameras of one unit at one picture size; `published` is what its topics say, the rest is true.
 
@@ -104,7 +109,7 @@ class D455Unit(NamedTuple):
         published_depth: As in camera_info.
         published_colour: As in camera_info.
         published_T_colour_depth: As on extrinsics/depth_to_color.
-        serial: Serial number.
+        serial: Serial number: a map of one unit and preset fits no other.
     """
 
     depth: Pinhole
@@ -140,7 +145,7 @@ def make_unit(sensor_seed: int, preset: Preset, width: int, height: int) -> D455
         FACTORY_DEPTH.scaled(width, height),
         FACTORY_COLOUR.scaled(width, height),
         published,
-        f"SIM455-{sensor_seed:04d}",
+        f"SIM455-{sensor_seed:04d}-{preset_name(preset)}",
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from bathbot_depthcorr.node.parameters import check, setting
 
 from bathbot_bringup.errors import SettingsError
-from bathbot_bringup.sim.camera.d455_unit import PRESETS, Preset, find_preset
+from bathbot_bringup.sim.camera.d455_unit import PRESETS, D455Unit, Preset, find_preset, make_unit
 from bathbot_bringup.sim.scenario import Scenario, load_scenario
 
 SCENES = ("bathroom", "chessboard", "aruco")
@@ -37,7 +37,8 @@ class SimCameraSettings:
     height: int = setting(480, "Height of colour and depth pictures; they are 16:9", "px")
     preset: str = setting("paper", "Size of the errors of depth", choices=tuple(PRESETS))
     sensor_seed: int = setting(
-        1, "Which unit of the camera is simulated; its serial number is SIM455-<sensor_seed>", low=0,
+        1, "Which unit of the camera is simulated; its serial number is "
+        "SIM455-<sensor_seed>-<preset>", low=0,
         high=9999,
     )  # fmt: skip
     celsius: float = setting(30.0, "Temperature of the camera's depth chip", "degC", low=-10.0, high=70.0)
@@ -65,6 +66,10 @@ class SimCameraSettings:
     def errors(self) -> Preset:
         """Size of the depth errors."""
         return find_preset(self.preset)
+
+    def unit(self) -> D455Unit:
+        """The camera's unit, read out at the pictures' size."""
+        return make_unit(self.sensor_seed, self.errors(), self.width, self.height)
 
     def motion(self) -> Scenario:
         """How the person moves."""
