@@ -37,7 +37,6 @@ SHORT = {
     "bathbot_bringup/sim/faults/lasting_fault.py": "the type that schedule and places share",
     "bathbot_bringup/bench/machine.py": "what a time was measured on; four share it",
     "bathbot_bringup/bathing/nodes.py": "table of the demo's nodes and their parameters",
-    "bathbot_bringup/sim/camera/d455_frames.py": "table of the camera's frames",
     "bathbot_bringup/evaluation/depth/conditions.py": "table of the conditions",
     "bathbot_scrub/rm65/ros/vendor/installed.py": "the only import that may fail",
     "bathbot_scrub/segment/segment.py": "the type that planner and driver share",

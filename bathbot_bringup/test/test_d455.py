@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bathbot_bringup.errors import SettingsError
 from bathbot_bringup.sim.camera.d455 import D455, Air, soft_noise
-from bathbot_bringup.sim.camera.d455_frames import camera_frames
+from bathbot_bringup.sim.camera.d455_camera import camera_frames
 from bathbot_bringup.sim.camera.d455_unit import BASELINE, PRESETS, Preset, find_preset, make_unit
 from bathbot_bringup.sim.scene import T_LINK_OPTICAL
 from hypothesis import given, settings

@@ -6,9 +6,9 @@ from pathlib import Path
 from bathbot_depthcorr.calibration.fit import (
     DEFAULT_MODEL,
     calibrate,
+    checked_views,
     find_fit,
     fit_and_judge,
-    sound_views,
     with_learning,
 )
 from bathbot_depthcorr.calibration.report import CalibrationReport
@@ -66,10 +66,10 @@ def make_calibration(
     with steps.stage("read", "read the views"):
         found = read(steps)
     with steps.stage("fit", f"fit {model} to {len(found.views)} views"):
-        sound = sound_views(found)
-        correction, report = fit_and_judge(sound, model, steps)
+        checked = checked_views(found)
+        correction, report = fit_and_judge(checked, model, steps)
     with steps.stage("learn", "fit to fewer views, for the learning curve"):
-        report = with_learning(report, sound, steps)
+        report = with_learning(report, checked, steps)
     with steps.stage("write", f"write {out} and its picture"):
         from bathbot_depthcorr.calibration.plots import save_plots  # matplotlib only where it is wanted
 

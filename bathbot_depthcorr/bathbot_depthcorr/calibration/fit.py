@@ -27,7 +27,7 @@ from bathbot_depthcorr.views.views import CalibrationView, Steps, nearest_first
 HELD_OUT_EVERY = 4
 
 
-class SoundViews(NamedTuple):
+class CheckedViews(NamedTuple):
     """Views that passed every guard, cleaned of what is not the wall, near to far.
 
     Attributes:
@@ -47,7 +47,7 @@ class SoundViews(NamedTuple):
     warnings: list[str]
 
 
-def sound_views(found: ViewSet) -> SoundViews:
+def checked_views(found: ViewSet) -> CheckedViews:
     """Pass views through all guards.
 
     Raises:
@@ -67,32 +67,33 @@ def sound_views(found: ViewSet) -> SoundViews:
     parts = [], []
     for index, view in enumerate(ordered):
         parts[index in held].append(view)
-    return SoundViews(*parts, unit, reference, raw, warnings)
+    return CheckedViews(*parts, unit, reference, raw, warnings)
 
 
 def fit_and_judge(
-    sound: SoundViews, model: str, steps: Steps = Steps()
+    checked: CheckedViews, model: str, steps: Steps = Steps()
 ) -> tuple[Correction, CalibrationReport]:
     """Fit to the training views to judge, then to all views.
 
     Raises:
         CalibrationRefusedError: If the fitted transform cannot be that of the camera and the squares given.
     """
-    fit, unit = find_fit(model), sound.unit
-    every = nearest_first([*sound.training, *sound.held])
-    steps.progress(0.0, f"fit to {len(sound.training)} views")
-    trial = fit(sound.training, unit)
+    fit, unit = find_fit(model), checked.unit
+    every = nearest_first([*checked.training, *checked.held])
+    steps.progress(0.0, f"fit to {len(checked.training)} views")
+    trial = fit(checked.training, unit)
     steps.progress(0.5, f"fit to {len(every)} views")
     correction = fit(every, unit)
-    warnings = [*sound.warnings, *check_extrinsics(correction.unit, unit)]
+    warnings = [*checked.warnings, *check_extrinsics(correction.unit, unit)]
     # Only the default model knows the transform well enough to measure the squares by it.
     ruler = correction if model == DEFAULT_MODEL else find_fit(DEFAULT_MODEL)(every, unit)
     warnings += check_parallax(ruler.unit, unit)
+    focal_change = checked.reference.focal_change if checked.reference else np.nan
     return correction, CalibrationReport(
-        model, len(every), [judge(view, trial, Identity(unit)) for view in sound.held],
-        extrinsics_change(correction.unit, unit), sound.reference.focal_change if sound.reference else np.nan,
-        float(getattr(correction, "noise", np.nan)), sound.raw, warnings,
-        (LearningPoint(len(sound.training), smooth_error(trial, sound.held)),),
+        model, len(every), [judge(view, trial, Identity(unit)) for view in checked.held],
+        extrinsics_change(correction.unit, unit), focal_change,
+        float(getattr(correction, "noise", np.nan)), checked.raw, warnings,
+        (LearningPoint(len(checked.training), smooth_error(trial, checked.held)),),
     )  # fmt: skip
 
 
@@ -118,10 +119,12 @@ def calibrate(
         CalibrationRefusedError: Naming the number that failed.
     """
     find_fit(model)
-    return fit_and_judge(sound_views(ViewSet(list(views), unit, reference)), model)
+    return fit_and_judge(checked_views(ViewSet(list(views), unit, reference)), model)
 
 
-def with_learning(report: CalibrationReport, sound: SoundViews, steps: Steps) -> CalibrationReport:
+def with_learning(report: CalibrationReport, checked: CheckedViews, steps: Steps) -> CalibrationReport:
     """The report with the learning curve from fewer views on: a few more fits."""
-    points = learning_curve(find_fit(report.model), sound.training, sound.held, sound.unit, steps.progress)
+    points = learning_curve(
+        find_fit(report.model), checked.training, checked.held, checked.unit, steps.progress
+    )
     return report._replace(learning=(*points, *report.learning))

@@ -2,7 +2,8 @@
 
 A focal length wrong by 0.15 % makes every depth wrong by 1 mm at 0.75 m, whatever the depth model. The
 views that calibrate depth also measure the colour camera, so both are used: the factory's numbers as a
-prior (0.15 %, 1 px), the corners as data.
+prior (0.15 %, 1 px), the corners as data. Boards become walls whose plane is known, a `ViewSet` with all
+that a fit needs.
 """
 
 from collections.abc import Sequence
@@ -62,6 +63,22 @@ class ColourReference(NamedTuple):
     focal_sigma: float
     corner_noise: float
     poses: Array
+
+
+class ViewSet(NamedTuple):
+    """Views for one calibration.
+
+    Attributes:
+        views: Walls seen by the camera.
+        unit: The camera, with the factory's depth -> colour transform.
+        reference: What the board says about the colour camera; None where the planes came otherwise.
+        notes: What was left out on reading, one line each.
+    """
+
+    views: list[CalibrationView]
+    unit: CameraUnit
+    reference: ColourReference | None = None
+    notes: tuple[str, ...] = ()
 
 
 def measure_colour_camera(corners: Sequence[Array], board: Chessboard, factory: Pinhole) -> ColourReference:
@@ -138,19 +155,3 @@ def _refine(
     count = sum(seen.size for seen in corners)
     spread = float(np.sqrt(np.linalg.inv(hessian)[0, 0])) * noise
     return camera, spread, np.array(poses), float(np.sqrt(squares / count))
-
-
-class ViewSet(NamedTuple):
-    """Views for one calibration.
-
-    Attributes:
-        views: Walls seen by the camera.
-        unit: The camera, with the factory's depth -> colour transform.
-        reference: What the board says about the colour camera; None where the planes came otherwise.
-        notes: What was left out on reading, one line each.
-    """
-
-    views: list[CalibrationView]
-    unit: CameraUnit
-    reference: ColourReference | None = None
-    notes: tuple[str, ...] = ()

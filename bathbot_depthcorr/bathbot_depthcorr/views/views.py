@@ -1,4 +1,7 @@
-"""What a calibration learns from: a flat wall in depth, and its true plane from the colour camera."""
+"""What a calibration learns from: a flat wall in depth, and its true plane from the colour camera.
+
+Blocks of pixels sum a view up; `Steps` is who hears how far the reading of views and the fit are.
+"""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -10,31 +13,6 @@ from numpy.typing import NDArray
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
 from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.plane import Plane
-
-
-class Steps:
-    """Hears how a calibration goes; this one hands each line to a function and shows no bars."""
-
-    def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
-        """Remember whom to tell.
-
-        Args:
-            tell: Called with one line at a time.
-        """
-        self._tell = tell
-
-    def stage(self, name: str, about: str) -> AbstractContextManager[None]:
-        """Wrap a stage of the job: its short name and what it does."""
-        self._tell(about)
-        return nullcontext()
-
-    def note(self, text: str) -> None:
-        """Take one line about the running stage."""
-        self._tell(text)
-
-    def progress(self, fraction: float, detail: str) -> None:
-        """Hear how much of the running stage is done, 0..1, and of what."""
-
 
 Array = NDArray[np.float64]
 
@@ -108,3 +86,27 @@ def true_depth(view: CalibrationView, unit: CameraUnit) -> Array:
 def nearest_first(views: Sequence[CalibrationView]) -> list[CalibrationView]:
     """Views ordered by distance, near to far."""
     return sorted(views, key=lambda view: view.distance)
+
+
+class Steps:
+    """Hears how a calibration goes; this one hands each line to a function and shows no bars."""
+
+    def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
+        """Remember whom to tell.
+
+        Args:
+            tell: Called with one line at a time.
+        """
+        self._tell = tell
+
+    def stage(self, name: str, about: str) -> AbstractContextManager[None]:
+        """Wrap a stage of the job: its short name and what it does."""
+        self._tell(about)
+        return nullcontext()
+
+    def note(self, text: str) -> None:
+        """Take one line about the running stage."""
+        self._tell(text)
+
+    def progress(self, fraction: float, detail: str) -> None:
+        """Hear how much of the running stage is done, 0..1, and of what."""

@@ -1,4 +1,7 @@
-"""The errors of one corrected picture against a known surface, after `docs/depth.md`."""
+"""What a fitted correction must do, and the errors of one corrected picture against a known surface.
+
+The errors are those of `docs/depth.md`.
+"""
 
 from typing import NamedTuple, Protocol
 
@@ -8,7 +11,12 @@ from bathbot_depthcorr.geometry.plane import DegeneratePlaneError, fit_plane
 from bathbot_depthcorr.geometry.quality import plane_rmse, z_accuracy
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 Depth = NDArray[np.float32]
+
+INNER = 0.8  # share of the picture's width and height that counts as its inner part
+CIRCLE = 20.0  # [px of 848 columns] radius of a target point's neighbourhood
+_GRID = (0.3, 0.5, 0.7)  # of width and height: where target points lie
 
 
 class Fitted(Protocol):
@@ -27,13 +35,6 @@ class Fitted(Protocol):
 def positive(depth: Depth) -> Depth:
     """Depth as float32, NaN where it is not positive."""
     return np.where(depth > 0.0, depth, np.nan).astype(np.float32)
-
-
-Array = NDArray[np.float64]
-
-INNER = 0.8  # share of the picture's width and height that counts as its inner part
-CIRCLE = 20.0  # [px of 848 columns] radius of a target point's neighbourhood
-_GRID = (0.3, 0.5, 0.7)  # of width and height: where target points lie
 
 
 class Errors(NamedTuple):

@@ -22,6 +22,15 @@ from bathbot_bringup.sim.camera.calibration_scene import INNER_CORNERS, SQUARE, 
 from bathbot_bringup.sim.camera.d455 import D455, Air
 from bathbot_bringup.sim.camera.d455_unit import BASELINE, Preset
 
+Array = NDArray[np.float64]
+Depth = NDArray[np.float32]
+
+CORNER_NOISE = 0.08  # [px] rms
+NEAREST_VIEW, FARTHEST_VIEW = 0.5, 2.0  # [m] of the calibration
+CELSIUS = 30.0
+_EDGE = 9  # [px] width of what is left out along the outline of a curved surface
+_STEEPEST = np.cos(np.deg2rad(60.0))
+
 
 @dataclass(frozen=True, slots=True)
 class Recording:
@@ -43,16 +52,6 @@ class Recording:
     focal_error: float = 0.0
     square_error: float = 0.0
     outliers: float = 0.0
-
-
-Array = NDArray[np.float64]
-Depth = NDArray[np.float32]
-
-CORNER_NOISE = 0.08  # [px] rms
-NEAREST_VIEW, FARTHEST_VIEW = 0.5, 2.0  # [m] of the calibration
-CELSIUS = 30.0
-_EDGE = 9  # [px] width of what is left out along the outline of a curved surface
-_STEEPEST = np.cos(np.deg2rad(60.0))
 
 
 class Surface(Protocol):

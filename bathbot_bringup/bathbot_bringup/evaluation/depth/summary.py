@@ -1,4 +1,7 @@
-"""From what units measured to the numbers of the report."""
+"""From what units measured to the numbers of the report: means over units, their intervals, the verdicts.
+
+A unit is one draw: intervals come from drawing units anew, not targets.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -11,7 +14,9 @@ from bathbot_bringup.evaluation.depth.evaluate_unit import Sample, UnitResult
 from bathbot_bringup.evaluation.depth.methods.table import UNCORRECTED
 from bathbot_bringup.evaluation.depth.targets import DISTANCES, RADII
 
-DRAWS = 10_000
+Item = TypeVar("Item")
+
+DRAWS = 10_000  # of the bootstrap over units
 LEVEL = 0.95
 
 
@@ -46,9 +51,6 @@ def verdict(difference: Interval) -> str:
     if difference.low > 0.0:
         return "better"
     return "worse" if difference.high < 0.0 else "level"
-
-
-Item = TypeVar("Item")
 
 
 def by_unit(

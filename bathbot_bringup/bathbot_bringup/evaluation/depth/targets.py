@@ -12,6 +12,14 @@ from bathbot_bringup.evaluation.depth.simulated_unit import Surface
 
 Array = NDArray[np.float64]
 
+DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.4, 2.0)  # [m]
+WORKING = (0.62, 0.88)  # [m], the distances of the paper's Table 2
+WALLS = 3  # per distance
+WORKING_WALLS = 8
+TILT = np.deg2rad(20.0)
+RADII = (0.04, 0.16)  # [m]: a forearm, a trunk
+CURVED_DISTANCE = 0.7  # [m]
+
 
 class Cylinder(NamedTuple):
     """An endless cylinder: a point on its axis [m], shape (3,), the unit axis, shape (3,), a radius [m]."""
@@ -34,15 +42,6 @@ class Cylinder(NamedTuple):
     def transformed(self, transform: ArrayLike) -> "Cylinder":
         """The same cylinder in another frame: `T_base_camera` takes a camera cylinder to the base."""
         return Cylinder(transform_points(transform, self.point), rotate(transform, self.axis), self.radius)
-
-
-DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.4, 2.0)  # [m]
-WORKING = (0.62, 0.88)  # [m], the distances of the paper's Table 2
-WALLS = 3  # per distance
-WORKING_WALLS = 8
-TILT = np.deg2rad(20.0)
-RADII = (0.04, 0.16)  # [m]: a forearm, a trunk
-CURVED_DISTANCE = 0.7  # [m]
 
 
 class Target(NamedTuple):

@@ -1,16 +1,18 @@
-"""A simulated D455 looking at a scene: what its topics carry, frame after frame."""
+"""A simulated D455 looking at a scene: what its topics carry, frame after frame, and its static frames."""
 
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import NDArray
 
 from bathbot_bringup.sim.camera.calibration_scene import ChessboardView, MarkerView
 from bathbot_bringup.sim.camera.d455 import D455, Air
+from bathbot_bringup.sim.camera.d455_unit import D455Unit
 from bathbot_bringup.sim.camera.scene_camera import BathroomView, SceneView
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
-from bathbot_bringup.sim.scene import BathroomScene
+from bathbot_bringup.sim.scene import T_LINK_OPTICAL, BathroomScene
 
 NOISE_PICTURES = 4  # drawn once, then shifted about: drawing noise anew costs more than drawing the person
 
@@ -89,3 +91,17 @@ def _view(settings: SimCameraSettings, sensor: D455) -> SceneView:
     if settings.scene == "aruco":
         return MarkerView(sensor.unit, settings.sensor_seed)
     return BathroomView(BathroomScene(settings.seed), settings.motion(), sensor.unit)
+
+
+def camera_frames(unit: D455Unit) -> list[tuple[str, str, NDArray[np.float64]]]:
+    """Frames as realsense2_camera names them: parent, child, transform (child to parent), by the factory.
+
+    camera_link sits at the depth camera with x forward, y left, z up.
+    """
+    T_link_colour_optical = T_LINK_OPTICAL @ inverse(unit.published_T_colour_depth)
+    return [
+        ("camera_link", "camera_depth_frame", np.eye(4)),
+        ("camera_depth_frame", "camera_depth_optical_frame", T_LINK_OPTICAL),
+        ("camera_link", "camera_color_frame", T_link_colour_optical @ inverse(T_LINK_OPTICAL)),
+        ("camera_color_frame", "camera_color_optical_frame", T_LINK_OPTICAL),
+    ]

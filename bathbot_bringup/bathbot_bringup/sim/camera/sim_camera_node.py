@@ -22,8 +22,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from bathbot_bringup.sim.camera.d455_camera import D455Camera
-from bathbot_bringup.sim.camera.d455_frames import camera_frames
+from bathbot_bringup.sim.camera.d455_camera import D455Camera, camera_frames
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 
 COLOUR_FRAME, DEPTH_FRAME = "camera_color_optical_frame", "camera_depth_optical_frame"

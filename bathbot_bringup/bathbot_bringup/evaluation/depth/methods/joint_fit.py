@@ -27,20 +27,6 @@ from bathbot_depthcorr.models.wall_fit import (
 from bathbot_depthcorr.views.views import block_centres
 from numpy.typing import NDArray
 
-
-def cell_shape(unit: CameraUnit) -> tuple[int, int]:
-    """Rows and columns of the cells."""
-    u, v = block_centres(unit.depth_camera)
-    return len(v), len(u)
-
-
-def spread_cells(values: NDArray, unit: CameraUnit) -> NDArray[np.float32]:
-    """Values at the centres of cells, shape (rows, columns, ...), bilinear at each pixel, (H, W, ...)."""
-    size = (unit.depth_camera.width, unit.depth_camera.height)
-    resized = cv2.resize(np.asarray(values, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
-    return np.ascontiguousarray(resized)
-
-
 Array = NDArray[np.float64]
 
 ITERATIONS = 12
@@ -161,3 +147,16 @@ class _Rows(NamedTuple):
     jacobian: Array  # by shared parameters and motion, (N, P + 6)
     by_plane: Array  # (N, 3)
     by_cell: Array  # (N,)
+
+
+def cell_shape(unit: CameraUnit) -> tuple[int, int]:
+    """Rows and columns of the cells."""
+    u, v = block_centres(unit.depth_camera)
+    return len(v), len(u)
+
+
+def spread_cells(values: NDArray, unit: CameraUnit) -> NDArray[np.float32]:
+    """Values at the centres of cells, shape (rows, columns, ...), bilinear at each pixel, (H, W, ...)."""
+    size = (unit.depth_camera.width, unit.depth_camera.height)
+    resized = cv2.resize(np.asarray(values, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
+    return np.ascontiguousarray(resized)
