@@ -1,41 +1,13 @@
 """The emulated RM65 controller by itself: ros2 launch bathbot_bringup sim_rm65.launch.py seed:=3."""
 
+from bathbot_depthcorr.one_node_launch import Argument, one_node
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import LifecycleNode
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    config = PathJoinSubstitution([FindPackageShare("bathbot_bringup"), "config", "sim_rm65.yaml"])
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("params_file", default_value=config, description="parameters of the node"),
-            DeclareLaunchArgument("port", default_value="8080", description="TCP port to listen on"),
-            DeclareLaunchArgument("seed", default_value="0", description="of the person"),
-            DeclareLaunchArgument(
-                "autostart", default_value="true", description="configure and activate by itself"
-            ),
-            DeclareLaunchArgument(
-                "log_level", default_value="info", description="debug, info, warn or error"
-            ),
-            LifecycleNode(
-                package="bathbot_bringup",
-                executable="sim_rm65",
-                name="sim_rm65",
-                namespace="",
-                output="screen",
-                parameters=[
-                    LaunchConfiguration("params_file"),
-                    {
-                        "port": ParameterValue(LaunchConfiguration("port"), value_type=int),
-                        "seed": ParameterValue(LaunchConfiguration("seed"), value_type=int),
-                        "autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool),
-                    },
-                ],
-                arguments=["--ros-args", "--log-level", LaunchConfiguration("log_level")],
-            ),
-        ]
+    return one_node(
+        "bathbot_bringup",
+        "sim_rm65",
+        Argument("port", "8080", "TCP port to listen on", int),
+        Argument("seed", "0", "of the person", int),
     )

@@ -1,6 +1,7 @@
 """Launch files, executed with stand-ins for launch and launch_ros, which plain Python lacks."""
 
 import ast
+import itertools
 import runpy
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted(ROOT.glob("bathbot_*/launch/*.launch.py"))
+SHARED = ROOT / "bathbot_depthcorr/bathbot_depthcorr/one_node_launch.py"
 FOREIGN = {"realsense2_camera"}
 
 
@@ -41,7 +43,8 @@ def run(monkeypatch):
     """Run a launch file and give its description."""
 
     def execute(file: Path) -> Part:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        sources = [path.read_text(encoding="utf-8") for path in (file, SHARED)]
+        for node in itertools.chain(*(ast.walk(ast.parse(source)) for source in sources)):
             if isinstance(node, ast.ImportFrom) and node.module.startswith("launch"):
                 module = sys.modules.get(node.module) or ModuleType(node.module)
                 for alias in node.names:

@@ -1,35 +1,8 @@
 """The target localiser by itself: ros2 launch bathbot_localize target_localizer.launch.py."""
 
+from bathbot_depthcorr.one_node_launch import one_node
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import LifecycleNode
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    config = PathJoinSubstitution([FindPackageShare("bathbot_localize"), "config", "target_localizer.yaml"])
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("params_file", default_value=config, description="parameters of the node"),
-            DeclareLaunchArgument(
-                "autostart", default_value="true", description="configure and activate by itself"
-            ),
-            DeclareLaunchArgument(
-                "log_level", default_value="info", description="debug, info, warn or error"
-            ),
-            LifecycleNode(
-                package="bathbot_localize",
-                executable="target_localizer",
-                name="target_localizer",
-                namespace="",
-                output="screen",
-                parameters=[
-                    LaunchConfiguration("params_file"),
-                    {"autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool)},
-                ],
-                arguments=["--ros-args", "--log-level", LaunchConfiguration("log_level")],
-            ),
-        ]
-    )
+    return one_node("bathbot_localize", "target_localizer")

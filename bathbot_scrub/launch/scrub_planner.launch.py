@@ -1,35 +1,8 @@
 """The scrub planner by itself: ros2 launch bathbot_scrub scrub_planner.launch.py."""
 
+from bathbot_depthcorr.one_node_launch import one_node
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import LifecycleNode
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    config = PathJoinSubstitution([FindPackageShare("bathbot_scrub"), "config", "scrub_planner.yaml"])
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("params_file", default_value=config, description="parameters of the node"),
-            DeclareLaunchArgument(
-                "autostart", default_value="true", description="configure and activate by itself"
-            ),
-            DeclareLaunchArgument(
-                "log_level", default_value="info", description="debug, info, warn or error"
-            ),
-            LifecycleNode(
-                package="bathbot_scrub",
-                executable="scrub_planner",
-                name="scrub_planner",
-                namespace="",
-                output="screen",
-                parameters=[
-                    LaunchConfiguration("params_file"),
-                    {"autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool)},
-                ],
-                arguments=["--ros-args", "--log-level", LaunchConfiguration("log_level")],
-            ),
-        ]
-    )
+    return one_node("bathbot_scrub", "scrub_planner")
