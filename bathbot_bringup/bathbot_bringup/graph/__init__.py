@@ -1,1 +1,1 @@
-"""The graph as processes: nodes, isolation, a client, stages."""
+"""The graph as processes: the nodes there are, a graph of our own while it runs, and its client."""

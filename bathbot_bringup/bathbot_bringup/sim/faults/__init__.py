@@ -1,1 +1,1 @@
-"""What can fail in the simulated arm, and when."""
+"""What can fail in the simulated arm, where it acts, and when."""
