@@ -9,11 +9,11 @@ import pytest
 from bathbot_bringup.bag.reading import bag_length, open_bag, read_messages, summarise_bag
 from bathbot_bringup.bag.recorder import Recorder, Topic
 from bathbot_bringup.errors import BagError
-from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_bringup.graph.isolation import free_domain, used_ports
 from bathbot_bringup.graph.message_types import installed_types
 from bathbot_bringup.graph.node_table import find_node, node_command
-from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_bringup.graph.processes import isolated_environment
+from bathbot_bringup.graph.running import started
 from bathbot_depthcorr.node.stage_node import LATCHED
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
@@ -35,25 +35,23 @@ def state(count: int) -> ArmState:
 def recorded(tmp_path_factory):
     """A bag of the default profile: states, a latched transform, and pictures that must not be in it."""
     folder = tmp_path_factory.mktemp("recorder")
-    domain = free_domain(os.getpid(), used_ports())
-    with ProcessGroup(folder / "logs", isolated_environment(domain, folder)) as group:
-        with GraphClient("talker", domain) as client:
-            static = client.node.create_publisher(TFMessage, "/tf_static", LATCHED)
-            static.publish(TFMessage(transforms=[TransformStamped(child_frame_id="camera_link")]))
-            states = client.node.create_publisher(ArmState, "left/arm_state", 10)
-            pictures = client.node.create_publisher(Image, "camera/color/image_raw", 10)
-            clouds = client.node.create_publisher(PointCloud2, "surface", 10)
-            group.start("recorder", node_command(find_node("recorder"), {"bag": folder / "bag"}))
-            group.wait_until(client.is_active, 20.0)
-            assert client.spin_until(lambda: states.get_subscription_count() == 1, 5.0)
-            for count in range(200):
-                states.publish(state(count))
-                pictures.publish(Image(data=b"skin"))
-                clouds.publish(PointCloud2())
-                client.spin_until(lambda: False, 0.0)
-                time.sleep(0.005)
-            client.spin_until(lambda: False, 0.3)
-        group.stop()
+    with started({}, folder / "logs", "talker") as graph:
+        node = graph.client.node
+        static = node.create_publisher(TFMessage, "/tf_static", LATCHED)
+        static.publish(TFMessage(transforms=[TransformStamped(child_frame_id="camera_link")]))
+        states = node.create_publisher(ArmState, "left/arm_state", 10)
+        pictures = node.create_publisher(Image, "camera/color/image_raw", 10)
+        clouds = node.create_publisher(PointCloud2, "surface", 10)
+        graph.start("recorder", {"bag": folder / "bag"})
+        graph.wait_until_active()
+        assert graph.client.spin_until(lambda: states.get_subscription_count() == 1, 5.0)
+        for count in range(200):
+            states.publish(state(count))
+            pictures.publish(Image(data=b"skin"))
+            clouds.publish(PointCloud2())
+            graph.client.wait(0.0)
+            time.sleep(0.005)
+        graph.client.wait(0.3)
     return folder / "bag"
 
 

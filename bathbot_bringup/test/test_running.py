@@ -17,7 +17,7 @@ def test_nodes_are_active_inside_watched_and_gone_afterwards(tmp_path):
         assert graph.client.is_active("recorder")
         recorder.process.kill()
         with pytest.raises(ProcessError, match="recorder was ended by signal 9"):
-            graph.client.spin_until(lambda: False, 20.0)
+            graph.client.wait(20.0)
     with running({}, tmp_path / "logs", "bathbot_test") as other:
         assert other.domain != graph.domain
         later = other.start("recorder", bag)

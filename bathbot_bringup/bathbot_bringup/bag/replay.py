@@ -70,7 +70,7 @@ def watch_replay(
     patience = bag_length(settings.bag) / settings.rate + _SLACK
     if not graph.client.spin_until(lambda: counter.finished, patience):
         raise ProcessError("replayer", f"did not finish within {patience:.0f} s", "", "the nodes' logs")
-    graph.client.spin_until(lambda: False, _LAST_WORDS)
+    graph.client.wait(_LAST_WORDS)
     return dict(counter.counts), counter.complaints
 
 

@@ -71,7 +71,7 @@ class Bather(RegionFinder):
         outcome = self._outcome(steps.SCRUB, self._scrub, goal, show)
         while outcome.error_code == Scrub.Result.NOT_READY and time.monotonic() < deadline:
             # the planner may hear of the contact later than we do
-            self._client.spin_until(lambda: False, _LATE_REPORTS)
+            self._client.wait(_LATE_REPORTS)
             outcome = self._outcome(steps.SCRUB, self._scrub, goal, show)
         return _demand_success(steps.SCRUB, outcome)
 

@@ -83,7 +83,7 @@ def watch_stream(
         begin, cpu = time.time(), cpu_seconds(corrector.process.pid)
         client.spin_until(lambda: progress((time.time() - begin) / seconds), seconds)
         cpu = (cpu_seconds(corrector.process.pid) - cpu) / (time.time() - begin)
-        client.spin_until(lambda: False, _LINGER)
+        client.wait(_LINGER)
         if listener.trouble:
             raise StreamError(f"depth_corrector reports: {listener.trouble}")
     sent = round(rate * seconds)

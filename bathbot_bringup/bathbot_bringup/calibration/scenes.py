@@ -74,7 +74,7 @@ def simulate_board(scene: BoardScene) -> int:
         "poses": scene.poses, "hold": BOARD_HOLD, "width": scene.size[0], "height": scene.size[1],
     }  # fmt: skip
     with _recording(scene.out, {"sim_camera": camera}) as client:
-        client.spin_until(lambda: False, scene.poses * BOARD_HOLD + 1.0)
+        client.wait(scene.poses * BOARD_HOLD + 1.0)
     return _count(scene.out)
 
 
@@ -99,7 +99,7 @@ def simulate_marker(scene: MarkerScene, tell: Callable[[str], None]) -> int:
         try:
             for number, joints in enumerate(poses, start=1):
                 mover.move(joints)
-                client.spin_until(lambda: False, MARKER_HOLD)
+                client.wait(MARKER_HOLD)
                 tell(f"pose {number} of {len(poses)}")
         finally:
             mover.close()

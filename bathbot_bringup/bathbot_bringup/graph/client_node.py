@@ -64,6 +64,10 @@ class GraphClient:
             raise_if_interrupted()
         return True
 
+    def wait(self, seconds: float) -> None:
+        """Serve callbacks for a while [s]; `watch` is called all the while."""
+        self.spin_until(lambda: False, seconds)
+
     def _serve(self) -> None:
         """Serve callbacks; an interruption inside the conversion of a message would end as another error."""
         with held_back():

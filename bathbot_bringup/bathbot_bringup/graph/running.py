@@ -1,7 +1,7 @@
 """A graph of our nodes that nobody else hears: started, awaited, watched and ended, written once.
 
     with running({"sim_camera": {"seed": 3}}, logs, "bathbot_guest") as graph:
-        graph.client.spin_until(lambda: False, 5.0)
+        graph.client.wait(5.0)
 
 Inside, every node is active, and one that dies raises ProcessError in whatever the client waits for; at the
 end, however it comes about, every process has ended.

@@ -106,7 +106,7 @@ class TrialRun:
         if outcome.error_code:
             raise SpoiltTrialError(f"approach: {outcome.error_msg}")
         self._until(lambda: self.operator.state == State.CONTACT, "no contact was told")
-        self._spin(lambda: False, _STILL)
+        self.wait(_STILL)
         if self._plan.phase is Phase.SCRUB:
             self.begin_to_scrub()
 
@@ -134,7 +134,7 @@ class TrialRun:
 
     def wait(self, seconds: float) -> None:
         """Let time pass without a planner [s]."""
-        self._spin(lambda: False, seconds)
+        self.graph.client.wait(seconds)
 
     def wait_until_due(self) -> None:
         """Wait until a planner would send its next segment."""
@@ -177,7 +177,7 @@ class TrialRun:
         self.graph.mend()
         refusal = ""
         while time.monotonic() < deadline:
-            self._spin(lambda: False, 0.1)
+            self.wait(0.1)
             state = operator.state
             away = np.linalg.norm(operator.head[0] - self.target[:3, 3]) > _AWAY
             if state == State.FREE:

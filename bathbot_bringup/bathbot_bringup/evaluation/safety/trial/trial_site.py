@@ -164,9 +164,7 @@ def _frame(origin: Array, z: Array) -> Array:
     return T
 
 
-def _reachable(
-    T: Array, room: float, surface: SkinSurface, arm: Arm
-) -> tuple[float, TrialSite] | None:
+def _reachable(T: Array, room: float, surface: SkinSurface, arm: Arm) -> tuple[float, TrialSite] | None:
     """The site and how far the wrist is from its flip; None where skin or arm do not reach all about."""
     normals = _normals(surface, T, _ROUND)
     if normals is None:
