@@ -19,7 +19,7 @@ def test_the_table_names_every_method_in_order_and_says_a_line_about_it():
 @pytest.fixture(scope="module")
 def judged():
     """Systematic error [mm] at 0.62-0.88 m on a simulated unit in the paper's range."""
-    unit = SimulatedUnit(1, find_preset("paper"), 848, 480)
+    unit = SimulatedUnit(1, find_preset("paper"), 640, 360)
     views, _ = unit.calibration_views(Recording(poses=18))
     surfaces = [wall(0.62, 0.2, -0.1), wall(0.75, -0.1, 0.2), wall(0.88, 0.1, 0.1)]
     result = {}

@@ -7,8 +7,8 @@ import pytest
 from bathbot_perception.detection.detector import DEFAULT_MODEL, MODELS, load
 from bathbot_perception.detection.letterbox import Letterboxing, fit_input
 from bathbot_perception.errors import ModelError
+from bathbot_perception.export.convert import convert
 from bathbot_perception.export.model_graph import decoding, full_weights, split_stem, take_pixels
-from bathbot_perception.export.quantise import quantise
 from onnx import TensorProto
 
 
@@ -46,7 +46,7 @@ def test_the_heads_and_what_follows_stay_float():
 
 def test_a_quantised_model_is_small_and_still_a_skin_detector(tmp_path, pictures):
     out = tmp_path / "new" / "int8.onnx"
-    quantise(DEFAULT_MODEL, pictures, out)
+    convert(DEFAULT_MODEL, out, "int8", pictures=pictures)
     assert out.stat().st_size < 8e6
     detector = load(out)
     assert detector.size == load(DEFAULT_MODEL).size
