@@ -2,11 +2,12 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from test_settings import NODES
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(300)]  # the first waits for all processes
 
 BAD_FILES = [
     ("skin_detector", "model:=nowhere.onnx"),
@@ -23,11 +24,20 @@ BAD_VALUES = [
     ("skin_detector", "size:=100", "size must be 0 px or more, in steps of 32, got 100"),
     ("replayer", "rate:=fast", "rate must be a float, got 'fast'"),
 ]
+UNKNOWN = [(node, "nonsense:=1") for node in NODES]
 
 
 def run(node: str, parameter: str) -> subprocess.CompletedProcess:
     command = [sys.executable, "-m", NODES[node], "--ros-args", "-p", parameter]
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.fixture(scope="module")
+def ended() -> dict[tuple[str, str], subprocess.CompletedProcess]:
+    """How each node ended with each parameter; two run at once, for most of the time is their imports."""
+    lines = [*UNKNOWN, *BAD_FILES, *((node, parameter) for node, parameter, _ in BAD_VALUES)]
+    with ThreadPoolExecutor(2) as pool:
+        return dict(zip(lines, pool.map(lambda line: run(*line), lines), strict=True))
 
 
 def check(ended: subprocess.CompletedProcess, words: str) -> None:
@@ -40,16 +50,16 @@ def check(ended: subprocess.CompletedProcess, words: str) -> None:
     assert words in errors[0]
 
 
-@pytest.mark.parametrize("node", NODES)
-def test_unknown_parameter(node):
-    check(run(node, "nonsense:=1"), "unknown parameter nonsense")
+@pytest.mark.parametrize("line", UNKNOWN, ids=[node for node, _ in UNKNOWN])
+def test_unknown_parameter(ended, line):
+    check(ended[line], "unknown parameter nonsense")
 
 
-@pytest.mark.parametrize(("node", "parameter"), BAD_FILES, ids=[node for node, _ in BAD_FILES])
-def test_missing_file(node, parameter):
-    check(run(node, parameter), "nowhere")
+@pytest.mark.parametrize("line", BAD_FILES, ids=[node for node, _ in BAD_FILES])
+def test_missing_file(ended, line):
+    check(ended[line], "nowhere")
 
 
 @pytest.mark.parametrize(("node", "parameter", "words"), BAD_VALUES)
-def test_a_value_outside_its_range(node, parameter, words):
-    check(run(node, parameter), words)
+def test_a_value_outside_its_range(ended, node, parameter, words):
+    check(ended[node, parameter], words)

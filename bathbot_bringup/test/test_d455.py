@@ -7,7 +7,7 @@ import pytest
 from bathbot_bringup.errors import SettingsError
 from bathbot_bringup.sim.camera.d455 import D455, Air, soft_noise
 from bathbot_bringup.sim.camera.d455_camera import camera_frames
-from bathbot_bringup.sim.camera.d455_unit import BASELINE, PRESETS, Preset, find_preset, make_unit
+from bathbot_bringup.sim.camera.d455_unit import PRESETS, Preset, find_preset, make_unit
 from bathbot_bringup.sim.scene import T_LINK_OPTICAL
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -69,15 +69,14 @@ def test_frozen_noise_stays_and_changes_with_the_pose():
 def test_the_left_band_is_blind_and_as_wide_as_the_disparity():
     measured = PAPER.measure(wall(0.75), np.random.default_rng(0))
     band = np.argmax(measured[240] > 0)
-    assert_allclose(band, PAPER.unit.published_depth.fx * BASELINE / 0.75, atol=2.0)
+    assert_allclose(band, 53.8, atol=2.0)  # 425 px * 0.095 m / 0.75 m
 
 
 def test_a_foreground_casts_a_shadow_to_its_left_only():
     depth = wall(1.5)
     depth[:, 400:600] = 0.7
     row = PAPER.measure(depth, np.random.default_rng(0))[200:280]
-    width = PAPER.unit.published_depth.fx * BASELINE * (1 / 0.7 - 1 / 1.5)
-    assert (row[:, 400 - int(width) + 4 : 396] == 0).mean() > 0.95
+    assert (row[:, 374:396] == 0).mean() > 0.95  # 425 px * 0.095 m * (1 / 0.7 m - 1 / 1.5 m) = 30.8 px
     assert (row[:, 606:640] == 0).mean() < 0.05
 
 

@@ -86,11 +86,6 @@ def test_without_controller_it_says_so_in_one_line_and_lives(probe):
     ("module", "parameters", "told"),
     [
         ("bathbot_scrub.rm65.ros.rm65_driver_node", {"variant": "7F"}, "must be one of B, 6F, 6FB"),
-        (
-            "bathbot_scrub.rm65.ros.rm65_driver_node",
-            {"force_limits": "/nowhere.yaml"},
-            "cannot read force limits",
-        ),
         ("bathbot_bringup.sim.arm.sim_rm65_node", {"scenario": "storm"}, "no scenario 'storm'"),
     ],
 )
