@@ -52,17 +52,17 @@ class StrokeRepeater:
             self._sent += 1
 
     def _turn(self, path: list[ScrubSegment]) -> None:
-        """Make the way back of a path the next one."""
+        """Make a path, turned about, the next one."""
         if not path or not path[-1].last:
             raise StepError("bench", "the planner's path was not heard to its end")
-        way_back = []
+        turned_path = []
         for index, segment in enumerate(reversed(path)):
             turned = copy.copy(segment)
             turned.path_id, turned.index = (segment.path_id + 1) % 2**32, index
             turned.last = index == len(path) - 1
             turned.poses = list(reversed(segment.poses))
-            way_back.append(turned)
-        self._path, self._sent = way_back, 0
+            turned_path.append(turned)
+        self._path, self._sent = turned_path, 0
 
     def _on_segment(self, message: ScrubSegment) -> None:
         if not self._path:

@@ -1,7 +1,7 @@
 """What the arm must not meet: itself, walls, and the body the camera sees, outside the patch to be washed.
 
-Whole paths are judged before anything moves. A way out is shortened where the body is behind the arm, never
-refused: leaving must always be possible. Who stands nearer than allowed may move, but no nearer.
+Whole paths are judged before anything moves. A retract path is shortened where the body is behind the arm,
+never refused: leaving must always be possible. Who stands nearer than allowed may move, but no nearer.
 """
 
 import threading
