@@ -35,6 +35,15 @@ INTERFACES = {
     "trajectory_msgs",
     "vision_msgs",
 }
+# The arm is named once; the rest takes `bathbot_scrub.arm.arm.Arm`.
+KNOW_THE_RM65 = {
+    "bathbot_scrub/installed_arm.py": "the one place that names the arm",
+    "bathbot_bringup/graph/node_table.py": "table of all nodes and their modules",
+    "bathbot_bringup/bench/ik.py": "measures the closed form of this arm beside two libraries",
+    "bathbot_bringup/calibration/scenes.py": "moves the emulated arm over the vendor's protocol",
+    "bathbot_bringup/evaluation/safety/trial/trial_graph.py": "moves the emulated arm, likewise",
+    "bathbot_bringup/evaluation/safety/trial/trial_run.py": "waits for what this driver says",
+}
 MODULES = [
     module
     for package in UPSTREAM
@@ -98,3 +107,14 @@ def test_a_node_file_names_no_other_package_privately():
         if name.startswith("bathbot_") and any(part.startswith("_") for part in name.split("."))
     ]  # fmt: skip
     assert not private
+
+
+def test_the_arm_is_named_in_one_place():
+    """Nobody else names a module of rm65, but its emulator and the few that have a reason."""
+    naming = {
+        "/".join(module.relative_to(ROOT).parts[1:])
+        for module in MODULES
+        if "bathbot_scrub.rm65" in module.read_text(encoding="utf-8")
+    }
+    own = ("bathbot_scrub/rm65/", "bathbot_bringup/sim/arm/")
+    assert {place for place in naming if not place.startswith(own)} == set(KNOW_THE_RM65)

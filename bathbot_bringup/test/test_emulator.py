@@ -9,8 +9,8 @@ import pytest
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_scrub.arm.errors import ArmConnectionError, ArmSettingsError, RefusedError
-from bathbot_scrub.rm65.arm.kinematics import Kinematics
 from bathbot_scrub.rm65.arm.limits import HOME_DEG
+from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.controller.client import TRAJECTORY_EVENT, ArmClient
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, encode, joints_from_wire
 from bathbot_scrub.rm65.controller.state_push import StateReceiver
@@ -151,7 +151,7 @@ def test_many_clients_come_and_go_and_none_is_kept(emulator):
 
 def test_truth_is_where_the_joints_are(emulator):
     truth = emulator.truth()
-    assert_allclose(truth.T_base_head, Kinematics("6F").head(truth.joints), atol=1e-3)
+    assert_allclose(truth.T_base_head, RM65("6F").head(truth.joints), atol=1e-3)
     assert truth.contact.part == ""
 
 

@@ -34,11 +34,13 @@ class ArmShape:
 
     Attributes:
         capsules: Of all links and the scrub head, from the base outwards.
+        flange: Frame that the scrub head, or a marker in its place, is fixed to.
         standing: Links that stand still or turn about their own axis at most, and so come near nobody.
         workspace: Where skin can be touched.
     """
 
     capsules: tuple[ArmCapsule, ...]
+    flange: str
     standing: tuple[str, ...]
     workspace: Workspace
 

@@ -16,6 +16,7 @@ from bathbot_depthcorr.ros.pose_decoding import transform_from_message, transfor
 from bathbot_depthcorr.views.bag_views import messages
 from numpy.typing import NDArray
 
+from bathbot_localize.arm.arm_shape import installed_shape
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.hand_eye.calibration_file import save_hand_eye
 from bathbot_localize.hand_eye.marker import MARKER_ID, MARKER_SIZE, MarkerNotFoundError, find_marker
@@ -24,7 +25,7 @@ from bathbot_localize.hand_eye.solver import HandEyeReport, MarkerView, solve_ha
 Array = NDArray[np.float64]
 COLOUR, COLOUR_INFO = "/camera/camera/color/image_raw", "/camera/camera/color/camera_info"
 TOOL_POSE, TF = "/tool_pose", "/tf"
-BASE, FLANGE = "base_link", "Link6"
+BASE = "base_link"
 LEAST_STILL = 0.5  # [s] an arm pose must last
 _SETTLE = 0.15  # [s] left out at both ends: clocks of arm and camera differ a little
 _SAME_PLACE, _SAME_TURN = 0.0005, 0.002  # [m], [rad] within which the arm stands still
@@ -57,13 +58,13 @@ def read_views(
 ) -> HandEyeRecording:
     """Read the views of a bag.
 
-    The tool's pose is taken from /tf (Link6) or, when that is missing, from /tool_pose; which of
+    The tool's pose is taken from /tf (the flange) or, when that is missing, from /tool_pose; which of
     the two does not matter, since the marker's place on the tool is solved for as well.
 
     Raises:
         BathbotError: When the bag cannot be read or lacks pictures, camera_info or arm poses.
     """
-    poses = still_poses(*tool_track(bag))
+    poses = still_poses(*tool_track(bag, installed_shape().flange))
     if not poses:
         raise HandEyeBagError(
             f"{bag} holds no arm pose of {LEAST_STILL} s at rest; is {TF} or {TOOL_POSE} in it, "
@@ -93,7 +94,7 @@ def read_views(
     return HandEyeRecording(views, camera, begun)
 
 
-def tool_track(bag: Path) -> tuple[Array, Array]:
+def tool_track(bag: Path, flange: str) -> tuple[Array, Array]:
     """Times [s], shape (n,), and T_base_tool, shape (n, 4, 4), over a bag."""
     tree, stamps, transforms, tool_poses = FrameTree(memory=1), [], [], []
     for topic, message in messages(bag, TF, TOOL_POSE):
@@ -109,9 +110,9 @@ def tool_track(bag: Path) -> tuple[Array, Array]:
             stamp = stamp_seconds(entry.header.stamp)
             transform = transform_from_message(entry.transform)
             tree.add(entry.header.frame_id, entry.child_frame_id, transform, stamp)
-            if entry.child_frame_id == FLANGE:
+            if entry.child_frame_id == flange:
                 try:
-                    transforms.append(tree.lookup(BASE, FLANGE))
+                    transforms.append(tree.lookup(BASE, flange))
                     stamps.append(stamp)
                 except UnknownFrameError:
                     continue  # the first messages may hold a part of the chain only

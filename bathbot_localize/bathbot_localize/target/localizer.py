@@ -174,7 +174,7 @@ def warm_up() -> None:
         camera,
         np.eye(4),
         np.eye(4),
-        ArmShape((ArmCapsule("arm", (0.0, 0.0, 0.0), (0.0, 0.0, 0.1), 0.05),), (), anywhere),
+        ArmShape((ArmCapsule("arm", (0.0, 0.0, 0.0), (0.0, 0.0, 0.1), 0.05),), "arm", (), anywhere),
         {"arm": transform_from(translation=(9.0, 0.0, 1.0))},
     )
     surface_of(frame, (10.0, 10.0, 50.0, 40.0), TargetLocalizerSettings())

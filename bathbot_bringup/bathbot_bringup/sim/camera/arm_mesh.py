@@ -14,6 +14,7 @@ from bathbot_bringup.sim.render.mesh import Mesh, capsule_shape, cylinder_shape,
 
 SHELL = (0.72, 0.73, 0.75)
 JOINT = (0.12, 0.13, 0.15)
+TUBE = 0.10  # [m] a longer capsule is a tube between joints, and painted
 SLIMMER = {SHELL: 0.003, JOINT: 0.006}  # [m] than the capsules; unlike, so that no two surfaces coincide
 BRISTLES = (0.16, 0.38, 0.42)
 HANDLE_SLIMMER, ROOT_SLIMMER, TIP_SLIMMER = 0.002, 0.004, 0.006  # [m] of the scrub head
@@ -34,7 +35,7 @@ class ArmMesh:
         for capsule in self._arm.shape.capsules:
             if capsule.link == tool.frame:
                 continue
-            colour = SHELL if capsule.link in ("Link2", "Link4", "base_link") else JOINT
+            colour = SHELL if np.linalg.norm(np.subtract(capsule.end, capsule.start)) > TUBE else JOINT
             shape = capsule_shape(capsule.start, capsule.end, capsule.radius - SLIMMER[colour])
             pieces.append((links.index(capsule.link), plain_mesh(*shape, colour, gloss=0.5)))
         if head:

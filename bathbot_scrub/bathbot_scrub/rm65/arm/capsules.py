@@ -11,7 +11,7 @@ from bathbot_localize.arm.arm_shape import ArmCapsule, ArmShape
 from bathbot_localize.arm.scrub_head import ScrubHead
 from bathbot_localize.surface.workspace import Workspace
 
-from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FLANGE_OFFSETS, UPPER_ARM
+from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FLANGE_OFFSETS, LINK_NAMES, UPPER_ARM
 
 _WRIST = 0.0725  # [m] of the flange's part that is not the wrist's
 
@@ -35,4 +35,4 @@ def arm_shape(variant: str, head: ScrubHead) -> ArmShape:
         behind=behind + head.length,
         within=0.85,
     )
-    return ArmShape((*links, *head.capsules), ("base_link", "Link1"), workspace)
+    return ArmShape((*links, *head.capsules), LINK_NAMES[-1], ("base_link", "Link1"), workspace)
