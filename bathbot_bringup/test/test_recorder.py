@@ -15,6 +15,7 @@ from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import isolated_environment
 from bathbot_bringup.graph.running import started
 from bathbot_depthcorr.node.stage_node import LATCHED
+from bathbot_depthcorr.ros.verdict import Level
 from geometry_msgs.msg import TransformStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -196,3 +197,15 @@ def test_an_interrupted_recorder_closes_its_bag(tmp_path):
     assert (process.returncode, err) == (0, "")
     assert "wrote" in out
     assert summarise_bag(tmp_path / "bag")
+
+
+def test_a_recorder_tells_how_it_goes(tmp_path):
+    recorder = Recorder(tmp_path / "bag", queue_bytes=10)
+    recorder.add(Topic("/arm_state", STATE, []))
+    assert recorder.verdict("default") == (Level.OK, "recording profile default")
+    recorder.put("/arm_state", 1, bytes(11))
+    assert recorder.verdict("default") == (Level.WARN, "the disk is too slow, messages were dropped")
+    recorder.failure = "no space left"
+    assert recorder.verdict("default") == (Level.ERROR, "cannot write the bag: no space left")
+    with pytest.raises(BagError, match="is not whole"):
+        recorder.close()

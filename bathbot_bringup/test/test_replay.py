@@ -4,7 +4,15 @@ import sys
 
 import pytest
 from bathbot_bringup.bag.recorder import Recorder, Topic
-from bathbot_bringup.bag.replayer import Message, choose_topics, has_pictures, messages_of, pace
+from bathbot_bringup.bag.replayer import (
+    ClockHands,
+    Message,
+    choose_topics,
+    has_pictures,
+    messages_of,
+    pace,
+    wait_for_listeners,
+)
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.processes import node_environment
 from hypothesis import given, settings
@@ -85,6 +93,36 @@ def test_messages_are_given_when_they_are_due(steps, rate):
     for stamp, at in given_at:
         assert at == pytest.approx((stamp - stamps[0]) * 1e-9 / rate, abs=1e-6)
     assert len(given_at) == len(stamps)
+
+
+def test_the_clock_moves_with_the_first_message_in_steps_and_after_a_jump_back():
+    hands, begun = ClockHands(), 1_000_000_000
+    stamps = [begun, begun + 4_999_999, begun + 5_000_000, begun + 6_000_000, begun, begun + 1]
+    assert [hands.move(stamp) for stamp in stamps] == [True, False, True, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("heard_after", "patience", "waited"),
+    [
+        pytest.param(0, 5.0, 1.1, id="others get a second to follow"),
+        pytest.param(20, 5.0, 2.0, id="the first listener comes late"),
+        pytest.param(999, 5.0, 5.0, id="nobody comes"),
+        pytest.param(0, 0.0, 0.0, id="no patience"),
+    ],
+)
+def test_listeners_are_waited_for(heard_after, patience, waited):
+    waits: list[float] = []
+
+    def wait(seconds: float) -> bool:
+        waits.append(seconds)
+        return False
+
+    wait_for_listeners(lambda: len(waits) >= heard_after, patience, wait)
+    assert sum(waits) == pytest.approx(waited, abs=0.11)
+
+
+def test_waiting_for_listeners_can_be_ended():
+    wait_for_listeners(lambda: False, 60.0, lambda seconds: True)
 
 
 def test_a_replay_can_be_ended():

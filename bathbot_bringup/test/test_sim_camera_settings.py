@@ -50,3 +50,11 @@ def test_colour_noise_is_as_strong_as_said():
     assert abs(noisy.std() - 3.0) < 0.3
     clean = np.full((4, 4, 3), 7, np.uint8)
     assert (ColourNoise((4, 4), 0.0, seed=0).add(clean, np.random.default_rng(0)) == clean).all()
+
+
+def test_the_arm_is_drawn_where_it_was_heard_of_lately():
+    camera = D455Camera(SimCameraSettings(width=424, height=240))
+    assert camera.arm(0.0) is None
+    camera.hear_arm(np.arange(6.0), 10.0)
+    assert (camera.arm(11.9) == np.arange(6.0)).all()
+    assert camera.arm(12.1) is None

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from bathbot_depthcorr.ros.verdict import Level, Verdict
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer
 
@@ -107,6 +108,14 @@ class Recorder:
                 return
             self._waiting += len(data)
         self._queue.put((topic, time, data))
+
+    def verdict(self, profile: str) -> Verdict:
+        """How it goes with recording what a privacy profile of this name allows."""
+        if self.failure:
+            return Verdict(Level.ERROR, f"cannot write the bag: {self.failure}")
+        if self.dropped:
+            return Verdict(Level.WARN, "the disk is too slow, messages were dropped")
+        return Verdict(Level.OK, f"recording profile {profile}")
 
     def close(self) -> BagSummary:
         """Write what still waits, close the bag and give it its name.

@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from bathbot_depthcorr.node.process_node import run
-from bathbot_depthcorr.node.stage_node import ERROR, OK, WARN, StageNode
+from bathbot_depthcorr.node.stage_node import StageNode
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
@@ -53,7 +52,6 @@ class RecorderNode(StageNode):
     def __init__(self) -> None:
         """Declare the parameters."""
         super().__init__("recorder", RecorderSettings)
-        self._recorder: Recorder | None = None
 
     def setup(self, settings: RecorderSettings) -> None:
         """Check what can be checked before the first message."""
@@ -75,16 +73,13 @@ class RecorderNode(StageNode):
         """Open the bag and look for topics."""
         notes = {"privacy_profile": self._profile.name, "consent": self._settings.consent}
         self._recorder = Recorder(Path(self._settings.bag), notes, self._settings.queue_megabytes << 20)
-        self._heard: dict[str, Any] = {}
+        self.at_end(self._close)
+        self._heard: set[str] = set()
         self._unknown: set[str] = set()
-        self._search = self.create_timer(self._settings.search_period, self._find_topics)
+        self.every(self._settings.search_period, self._find_topics)
         self._find_topics()
 
-    def stop(self) -> None:
-        """Close the bag."""
-        self.destroy_timer(self._search)
-        for subscription in self._heard.values():
-            self.destroy_subscription(subscription)
+    def _close(self) -> None:
         summary = self._recorder.close()
         self.get_logger().info(
             f"wrote {summary.messages} messages to {summary.path}, {summary.dropped} dropped"
@@ -109,9 +104,8 @@ class RecorderNode(StageNode):
             self.get_logger().warning(str(error))
             return
         self._recorder.add(Topic(name, message_type, [stored_qos(profile) for profile in offered]))
-        self._heard[name] = self.create_subscription(
-            kind, name, self._writer_of(name), subscription_qos(offered), raw=True
-        )
+        self._heard.add(name)
+        self.listen(kind, name, self._writer_of(name), subscription_qos(offered), raw=True)
 
     def _writer_of(self, name: str) -> Callable[[bytes], None]:
         clock, put = self.get_clock(), self._recorder.put
@@ -119,13 +113,11 @@ class RecorderNode(StageNode):
 
     def _report(self) -> None:
         recorder = self._recorder
-        counts = {"topics": len(self._heard), "messages": recorder.messages, "dropped": recorder.dropped}
-        if recorder.failure:
-            self.report(ERROR, f"cannot write the bag: {recorder.failure}", **counts)
-        elif recorder.dropped:
-            self.report(WARN, "the disk is too slow, messages were dropped", **counts)
-        else:
-            self.report(OK, f"recording profile {self._profile.name}", **counts)
+        verdict, heard = recorder.verdict(self._profile.name), len(self._heard)
+        self.report(
+            verdict.level.value, verdict.message, topics=heard, messages=recorder.messages,
+            dropped=recorder.dropped,
+        )  # fmt: skip
 
 
 def main() -> None:

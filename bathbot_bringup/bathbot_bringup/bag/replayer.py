@@ -16,6 +16,9 @@ _MADE_BY_PIPELINE = (
     "depth/corrected/depth_to_color", "skin_regions", "skin_regions/label_info", "contact_targets", "surface",
     "scrub_segments", "planned_path",
 )  # fmt: skip
+CLOCK_STEP = 5_000_000
+"""Least recorded time between two messages on /clock [ns]."""
+_LOOK_EVERY, _TIME_TO_FOLLOW = 0.1, 1.0  # [s] between looks for listeners, and for others to follow the first
 _NEVER = ("/clock", "/rosout", "/parameter_events", "/diagnostics")
 
 
@@ -104,3 +107,33 @@ def pace(
         if wait(max(due - now(), 0.0)):
             return
         yield message
+
+
+class ClockHands:
+    """Decides with which messages /clock moves: with the first, then in steps, and after a jump back."""
+
+    def __init__(self) -> None:
+        """Show nothing yet."""
+        self._shown = 0
+
+    def move(self, stamp: int) -> bool:
+        """Whether the clock is to show `stamp` [ns]; it then does."""
+        if 0 <= stamp - self._shown < CLOCK_STEP:
+            return False
+        self._shown = stamp
+        return True
+
+
+def wait_for_listeners(is_heard: Callable[[], bool], patience: float, wait: Callable[[float], bool]) -> None:
+    """Let late listeners find the topics, so that the first pictures are not lost.
+
+    Args:
+        is_heard: Whether anybody listens; others get a second to follow.
+        patience: Longest time to wait [s].
+        wait: Waits so many seconds; true ends the replay.
+    """
+    waited = 0.0
+    while waited < patience and not wait(_LOOK_EVERY):
+        waited += _LOOK_EVERY
+        if is_heard() and waited > _TIME_TO_FOLLOW:
+            return

@@ -6,18 +6,23 @@ from pathlib import Path
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode
 from builtin_interfaces.msg import Time
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
 from bathbot_bringup.bag.replay_settings import ReplayerSettings
-from bathbot_bringup.bag.replayer import Message, ReplayTopic, choose_topics, messages_of, pace
+from bathbot_bringup.bag.replayer import (
+    ClockHands,
+    ReplayTopic,
+    choose_topics,
+    messages_of,
+    pace,
+    wait_for_listeners,
+)
 from bathbot_bringup.errors import BringupError, SettingsError
 from bathbot_bringup.graph.message_types import message_class
 
 FINISHED = "replay finished"
-_CLOCK_STEP = 5_000_000  # [ns]
 
 
 def offered_again(topic: ReplayTopic) -> QoSProfile:
@@ -46,11 +51,11 @@ class ReplayerNode(StageNode):
             )
         self._settings = settings
         self._topics = choose_topics(Path(settings.bag), settings.sources_only)
-        self._publishers_ours: dict[str, Publisher] = {}
-        for topic in self._topics:
-            kind = message_class(topic.message_type)
-            self._publishers_ours[topic.name] = self.create_publisher(kind, topic.name, offered_again(topic))
-        self._clock_topic = self.create_publisher(Clock, "/clock", 10) if settings.clock else None
+        self._outputs = {
+            topic.name: self.publisher(message_class(topic.message_type), topic.name, offered_again(topic))
+            for topic in self._topics
+        }
+        self._clock_topic = self.publisher(Clock, "/clock", 10) if settings.clock else None
 
     def start(self) -> None:
         """Begin to publish."""
@@ -63,12 +68,6 @@ class ReplayerNode(StageNode):
         self._ended.set()
         self._thread.join()
 
-    def teardown(self) -> None:
-        """Withdraw the topics."""
-        for publisher in getattr(self, "_publishers_ours", {}).values():
-            self.destroy_publisher(publisher)
-        self._publishers_ours = {}
-
     def _work(self) -> None:
         try:
             self._replay()
@@ -77,35 +76,23 @@ class ReplayerNode(StageNode):
             self.report(ERROR, str(error))
 
     def _replay(self) -> None:
-        self._wait_for_listeners()
+        wait_for_listeners(self._is_heard, self._settings.wait_for_listeners, self._ended.wait)
         total = sum(topic.messages for topic in self._topics)
         self.report(OK, f"replaying {total} messages")
-        sent, shown = 0, 0
-        for message in pace(
-            messages_of(Path(self._settings.bag), self._topics), self._settings.rate, self._ended.wait
-        ):
-            if self._clock_topic is not None and not 0 <= message.time - shown < _CLOCK_STEP:
-                shown = message.time
-                self._clock_topic.publish(Clock(clock=Time(sec=shown // 10**9, nanosec=shown % 10**9)))
-            self._send(message)
+        messages, hands = messages_of(Path(self._settings.bag), self._topics), ClockHands()
+        sent = 0
+        for message in pace(messages, self._settings.rate, self._ended.wait):
+            if self._clock_topic is not None and hands.move(message.time):
+                seconds, rest = divmod(message.time, 10**9)
+                self._clock_topic.publish(Clock(clock=Time(sec=seconds, nanosec=rest)))
+            self._outputs[message.topic].publish(message.data)
             sent += 1
         if not self._ended.is_set():
             self.report(OK, FINISHED, messages=sent)
             self.get_logger().info(f"{FINISHED}: {sent} messages")
 
-    def _send(self, message: Message) -> None:
-        self._publishers_ours[message.topic].publish(message.data)
-
-    def _wait_for_listeners(self) -> None:
-        """Let late listeners find the topics, so that the first pictures are not lost."""
-        step, waited = 0.1, 0.0
-        while waited < self._settings.wait_for_listeners and not self._ended.wait(step):
-            waited += step
-            if (
-                any(publisher.get_subscription_count() for publisher in self._publishers_ours.values())
-                and waited > 1.0
-            ):
-                return
+    def _is_heard(self) -> bool:
+        return any(publisher.get_subscription_count() for publisher in self._outputs.values())
 
 
 def main() -> None:

@@ -122,5 +122,9 @@ class EndpointOwner(LifecycleNode):
 
     def hold(self, part: Held) -> Held:
         """Close `part`, whatever works beside the executor, when this phase ends; gives it back."""
-        self.lifetime.keep(Rank.WORKER, part.close)
+        self.at_end(part.close)
         return part
+
+    def at_end(self, close: Callable[[], object]) -> None:
+        """Call `close` when this phase ends, among the threads and devices, the newest first."""
+        self.lifetime.keep(Rank.WORKER, close)

@@ -1,9 +1,11 @@
 """Node `sim_rm65`: the emulated RM65 controller beside the simulated person, and their true contact."""
 
 import threading
+from functools import partial
 
 import numpy as np
 from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.node.endpoints_node import guarded
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import OK, StageNode
 from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
@@ -31,47 +33,31 @@ class SimRm65(StageNode):
     def setup(self, settings: SimRm65Settings) -> None:
         """Create the topic."""
         self._settings = settings
-        self._contact = self.create_publisher(SimContact, "sim_contact", 10)
-        self._requests = [
-            self.create_subscription(String, "sim_fault", self._order, 10),
-            self.create_subscription(String, "sim_trace", self._write_trace, 10),
-        ]
+        self._contact = self.publisher(SimContact, "sim_contact", 10)
 
     def start(self) -> None:
         """Open the ports."""
         self._emulator = bathroom_emulator(self._settings)
         self._count, self._pushed = 0, 0
-        self._ticker = Ticker(_RATE, self._publish, self.get_logger().fatal)
+        self.at_end(self._close)
+        self.hold(Ticker(_RATE, self._publish, self.get_logger().fatal))
+        self.listen(String, "sim_fault", guarded(self._order, partial(self._refuse, "sim_fault")), 10)
+        self.listen(String, "sim_trace", self._write_trace, 10)
         self.get_logger().info(
             f"RM65-{self._settings.variant} emulator listens on {self._settings.host}:{self._emulator.port}"
         )
 
-    def stop(self) -> None:
-        """Close the ports."""
-        if hasattr(self, "_emulator"):
-            self._ticker.close()
-            self._emulator.close()
-            if self._settings.trace:
-                self._write(self._settings.trace)
-            del self._emulator
-
-    def teardown(self) -> None:
-        """Let the topics go."""
-        self.destroy_publisher(self._contact)
-        for subscription in self._requests:
-            self.destroy_subscription(subscription)
+    def _close(self) -> None:
+        self._emulator.close()
+        if self._settings.trace:
+            self._write(self._settings.trace)
 
     def _order(self, message: String) -> None:
         """Let something fail."""
-        try:
-            self._emulator.order(read_fault(message.data))
-        except (BathbotError, AttributeError) as error:
-            self.get_logger().warning(f"sim_fault: {error}")
+        self._emulator.order(read_fault(message.data))
 
     def _write_trace(self, message: String) -> None:
         """Write the trace to a file beside the running timer; an empty name forgets it."""
-        if not hasattr(self, "_emulator"):
-            return
         if message.data:
             threading.Thread(target=self._write, args=(message.data,), daemon=True).start()
         else:
@@ -81,7 +67,10 @@ class SimRm65(StageNode):
         try:
             self._emulator.trace.write(path)
         except BathbotError as error:
-            self.get_logger().warning(f"sim_trace: {error}")
+            self._refuse("sim_trace", error)
+
+    def _refuse(self, topic: str, error: Exception) -> None:
+        self.get_logger().warning(f"{topic}: {error}")
 
     def _publish(self) -> None:
         truth = self._emulator.truth()

@@ -14,6 +14,8 @@ from bathbot_bringup.sim.camera.scene_camera import BathroomView, SceneView
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_bringup.sim.scene import T_LINK_OPTICAL, BathroomScene
 
+ARM_SILENCE = 2.0
+"""Time after which the last joint angles heard are no longer drawn [s]."""
 NOISE_PICTURES = 4  # drawn once, then shifted about: drawing noise anew costs more than drawing the person
 
 
@@ -68,6 +70,16 @@ class D455Camera:
             Air(scenario.wetness, scenario.steam, scenario.drops) if settings.scene == "bathroom" else Air()
         )
         self._rng = np.random.default_rng([settings.seed, settings.sensor_seed, 62])
+        self._arm: tuple[NDArray[np.float64] | None, float] = (None, -np.inf)
+
+    def hear_arm(self, joints: NDArray[np.float64], now: float) -> None:
+        """Take note of the arm's joint angles [rad], shape (6,), heard at `now` [s]."""
+        self._arm = (joints, now)
+
+    def arm(self, now: float) -> NDArray[np.float64] | None:
+        """Joint angles at which the arm is to be drawn at `now` [s]; None when none were heard lately."""
+        joints, heard = self._arm
+        return joints if now - heard < ARM_SILENCE else None
 
     def shoot(self, t: float, joints: NDArray[np.float64] | None = None) -> Shot:
         """Take a pair of pictures.
