@@ -1,6 +1,7 @@
 """The simulated D455 on the topics of realsense2_camera: colour, depth, infos, extrinsics, frames."""
 
 import time
+from typing import Any
 
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode
@@ -18,9 +19,9 @@ from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 class SimCamera(StageNode):
     """Takes pictures in a thread of its own; the arm is drawn where joint_states say it is."""
 
-    def __init__(self) -> None:
-        """Declare the parameters."""
-        super().__init__("sim_camera", SimCameraSettings)
+    def __init__(self, **options: Any) -> None:
+        """Declare the parameters; `options` are those of rclpy's `Node`."""
+        super().__init__("sim_camera", SimCameraSettings, **options)
 
     def setup(self, settings: SimCameraSettings) -> None:
         """Set the scene and advertise the topics."""
