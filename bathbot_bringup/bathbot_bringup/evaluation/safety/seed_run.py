@@ -91,7 +91,7 @@ class SeedRun:
         run = TrialRun(graph, self._site, plan, self._folder)
         try:
             injected = case.injection.inject(run, plan)
-            trace, reports = self._trace(run, case, attempt), list(run.operator.reports)
+            trace, reports = self._trace(run, case, attempt), list(run.operator.arm.reports)
         except SpoiltTrialError:
             self._leave(run, case)
             raise

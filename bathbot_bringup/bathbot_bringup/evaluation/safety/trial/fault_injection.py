@@ -118,7 +118,7 @@ class Jammed(Ordered):
     def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
         """Jam the joint that is fastest when the moment has come."""
         run.bring_about()
-        stamp, joint = time.monotonic(), run.operator.fastest_joint()
+        stamp, joint = time.monotonic(), run.operator.arm.fastest_joint()
         order = {"kind": self.kind, "after": plan.offset, "duration": self.duration, "value": joint}
         run.operator.sim.order(order)
         run.play(WATCH)

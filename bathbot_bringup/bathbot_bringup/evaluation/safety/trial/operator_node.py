@@ -1,27 +1,23 @@
 """The operator of the fault matrix on the graph: asks for approaches, plays the planner, orders faults."""
 
-import time
 from typing import Any
 
 import numpy as np
 from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.segment.messages import message_from_segment
 from bathbot_scrub.segment.segment import Segment
-from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from bathbot_bringup.errors import StepError
-from bathbot_bringup.evaluation.safety.measures import Report
-from bathbot_bringup.evaluation.safety.trial.stroke_player import LastPose, Progress
+from bathbot_bringup.evaluation.safety.trial.listener_node import ArmListener
 from bathbot_bringup.evaluation.safety.trial_plan import REGION
 from bathbot_bringup.graph.action_node import GraphAction
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_bringup.sim.arm.sim_client_node import SimClient
 from bathbot_msgs.action import Approach, Scrub
-from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_msgs.msg import ScrubSegment
 
 Array = NDArray[np.float64]
 _SERVICES = ("stop", "resume", "retract", "home")
@@ -32,30 +28,21 @@ class Operator:
     """Talks to the arm of one graph.
 
     Attributes:
+        client: Has joined the graph.
+        arm: What is heard of the arm.
         sim: Talks to the simulated arm.
-        reports: What the driver said, since `forget`.
-        head: Newest position of the head [m], shape (3,), and when it was heard [s].
-        last_pose: End of the newest good segment on the topic, whoever sent it; None before the first.
     """
 
     def __init__(self, client: GraphClient) -> None:
         """Join a graph."""
         self.client, node = client, client.node
-        self.reports: list[Report] = []
-        self.progress: Progress | None = None
-        self.head: tuple[Array, float] = (np.full(3, np.nan), 0.0)
-        self.last_pose: LastPose | None = None
-        self._joints: tuple[Array, Array] = (np.zeros(6), np.zeros(6))  # [rad], the newest two
+        self.arm = ArmListener(node)
         self.sim = SimClient(client)
         self._approach = GraphAction(client, Approach, "approach", _ANSWER)
         self._scrub = GraphAction(client, Scrub, "scrub", _ANSWER)
         for name in _SERVICES:
             client.service(Trigger, f"arm/{name}")
         self._segments = node.create_publisher(ScrubSegment, "scrub_segments", QoSProfile(depth=50))
-        node.create_subscription(ArmState, "arm_state", self._on_arm, 50)
-        node.create_subscription(PoseStamped, "tool_pose", self._on_pose, 10)
-        node.create_subscription(JointState, "joint_states", self._on_joints, 10)
-        node.create_subscription(ScrubSegment, "scrub_segments", self._on_segment, QoSProfile(depth=50))
 
     def connect(self, timeout: float) -> None:
         """Wait until the driver hears its controller and everybody hears us.
@@ -67,28 +54,14 @@ class Operator:
 
         def ready() -> bool:
             matched = self.sim.heard and node.count_subscribers("scrub_segments") > 1  # not only by us
-            connected = bool(self.reports) and self.reports[-1].connected
-            return matched and connected and self._approach.offered
+            return matched and self.arm.connected and self._approach.offered
 
         if not self.client.spin_until(ready, timeout):
-            raise StepError(
-                "connect", self.reports[-1].reason if self.reports else "rm65_driver says nothing"
-            )
-
-    @property
-    def state(self) -> int:
-        """State of the arm, as last told."""
-        return self.reports[-1].state if self.reports else -1
-
-    def fastest_joint(self) -> int:
-        """Which joint moves fastest just now, 1..6."""
-        before, now = self._joints
-        return int(np.abs(now - before).argmax()) + 1
+            raise StepError("connect", self.arm.reason if self.arm.reports else "rm65_driver says nothing")
 
     def forget(self) -> None:
         """Begin a trial: keep the newest report only, and have the trace begin anew."""
-        del self.reports[:-1]
-        self.last_pose = None
+        self.arm.forget()
         self.sim.begin_trace()
 
     def approach(self, T_base_target: Array, standoff: float) -> Any:
@@ -127,20 +100,3 @@ class Operator:
         """Publish a segment."""
         now = self.client.node.get_clock().now().nanoseconds * 1e-9
         self._segments.publish(message_from_segment(segment._replace(stamp=now)))
-
-    def _on_arm(self, message: ArmState) -> None:
-        self.reports.append(Report(time.monotonic(), message.state, message.reason, message.connected))
-        self.progress = Progress(message.path_id, message.segment_index, message.path_done)
-
-    def _on_pose(self, message: PoseStamped) -> None:
-        place = message.pose.position
-        self.head = np.array([place.x, place.y, place.z]), time.monotonic()
-
-    def _on_joints(self, message: JointState) -> None:
-        self._joints = self._joints[1], np.asarray(message.position, dtype=float)
-
-    def _on_segment(self, message: ScrubSegment) -> None:
-        place = message.poses[-1].position
-        position = np.array([place.x, place.y, place.z])
-        if np.isfinite(position).all():
-            self.last_pose = LastPose(time.monotonic(), position, message.path_id)

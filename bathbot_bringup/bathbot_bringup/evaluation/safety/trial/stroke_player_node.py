@@ -22,10 +22,10 @@ def play(file: Path, ended: threading.Event) -> None:
         player = StrokePlayer(int(stored["path_id"]), REGION, stored["stroke"], float(stored["speed"]))
     with GraphClient("stroke_player") as client:
         operator = Operator(client)
-        client.spin_until(lambda: ended.is_set() or operator.state == State.CONTACT, float("inf"))
+        client.spin_until(lambda: ended.is_set() or operator.arm.state == State.CONTACT, float("inf"))
         client.spin_until(ended.is_set, _SETTLED)
         while not ended.is_set():
-            segment = player.due(operator.progress)
+            segment = player.due(operator.arm.progress)
             if segment is not None:
                 operator.send(segment)
             client.spin_until(ended.is_set, 0.01)

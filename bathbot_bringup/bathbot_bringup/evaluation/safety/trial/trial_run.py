@@ -65,16 +65,17 @@ class TrialRun:
             SpoiltTrialError: When it does not come there.
         """
         phase = self._plan.phase
-        self._until(lambda: self.operator.state in (State.FREE, State.HOLD), "the arm did not come to rest")
+        resting = (State.FREE, State.HOLD)
+        self._until(lambda: self.operator.arm.state in resting, "the arm did not come to rest")
         if phase is Phase.TRANSIT:
             self._go_home()
-        start = self.operator.head[0]
+        start = self.operator.arm.head[0]
         self.operator.forget()
         target = self.target.copy()
         target[:3, 3] += deeper * target[:3, 2]
         self._result = self.operator.approach(target, STANDOFF[phase])
         if phase is Phase.TRANSIT:
-            self._until(lambda: np.linalg.norm(self.operator.head[0] - start) > _BEGUN, "no way began")
+            self._until(lambda: np.linalg.norm(self.operator.arm.head[0] - start) > _BEGUN, "no way began")
         elif phase is Phase.SEEK:
             self._until(lambda: self._seeks(target), "the search for the skin did not begin")
         else:
@@ -88,13 +89,13 @@ class TrialRun:
         asked = time.monotonic()
 
         def there() -> bool:
-            newest = self.operator.reports[-1]
+            newest = self.operator.arm.reports[-1]
             return newest.stamp > asked + _NEWS and newest.reason == ARRIVALS[MotionKind.HOME]
 
         self._until(there, "the arm did not come home")
 
     def _seeks(self, target: Array) -> bool:
-        offset = target[:3, 3] - self.operator.head[0]
+        offset = target[:3, 3] - self.operator.arm.head[0]
         along = float(offset @ target[:3, 2])
         beside = float(np.linalg.norm(offset - along * target[:3, 2]))
         return beside < _OFF_AXIS and 0.0 < along < STANDOFF[Phase.SEEK] - _BEGUN
@@ -105,7 +106,7 @@ class TrialRun:
         outcome = self._result.result().result
         if outcome.error_code:
             raise SpoiltTrialError(f"approach: {outcome.error_msg}")
-        self._until(lambda: self.operator.state == State.CONTACT, "no contact was told")
+        self._until(lambda: self.operator.arm.state == State.CONTACT, "no contact was told")
         self.wait(_STILL)
         if self._plan.phase is Phase.SCRUB:
             self.begin_to_scrub()
@@ -117,13 +118,13 @@ class TrialRun:
 
     def _follows(self) -> bool:
         """Whether the arm has come to the second segment of the newest path."""
-        progress, path = self.operator.progress, self.operator.last_pose
+        progress, path = self.operator.arm.progress, self.operator.arm.last_pose
         if progress is None or path is None:
             return False
         return progress.path_id == path.path_id and progress.segment_index > 0
 
     def _feed(self) -> None:
-        segment = self.player.due(self.operator.progress)
+        segment = self.player.due(self.operator.arm.progress)
         if segment is not None:
             self.operator.send(segment)
 
@@ -138,14 +139,14 @@ class TrialRun:
 
     def wait_until_due(self) -> None:
         """Wait until a planner would send its next segment."""
-        self._until(lambda: self.player.is_due(self.operator.progress), "no segment was due")
+        self._until(lambda: self.player.is_due(self.operator.arm.progress), "no segment was due")
 
     def wait_until_starved(self) -> None:
         """Wait until the head has come to the end of what it was given."""
         end = self.path_end().position
 
         def there() -> bool:
-            return bool(np.linalg.norm(self.operator.head[0] - end) < _AT_END)
+            return bool(np.linalg.norm(self.operator.arm.head[0] - end) < _AT_END)
 
         def stays() -> bool:  # a stroke passes by its end on the way
             return there() and not self._spin(lambda: not there(), _STAYS)
@@ -158,9 +159,9 @@ class TrialRun:
 
     def path_end(self) -> LastPose:
         """Where the path ends that the arm was given."""
-        if self.operator.last_pose is None:
+        if self.operator.arm.last_pose is None:
             raise SpoiltTrialError("no segment was heard")
-        return self.operator.last_pose
+        return self.operator.arm.last_pose
 
     def record(self, path: Path) -> None:
         """Have the trace written."""
@@ -178,8 +179,8 @@ class TrialRun:
         refusal = ""
         while time.monotonic() < deadline:
             self.wait(0.1)
-            state = operator.state
-            away = np.linalg.norm(operator.head[0] - self.target[:3, 3]) > _AWAY
+            state = operator.arm.state
+            away = np.linalg.norm(operator.arm.head[0] - self.target[:3, 3]) > _AWAY
             if state == State.FREE:
                 return
             if state == State.APPROACH:
@@ -188,9 +189,9 @@ class TrialRun:
                 refusal = operator.ask("resume")
             if state == State.CONTACT or (state == State.HOLD and (refusal or not away)):
                 refusal = operator.ask("retract")
-        raise SpoiltTrialError(f"the arm did not recover: {refusal or operator.reports[-1].reason}")
+        raise SpoiltTrialError(f"the arm did not recover: {refusal or operator.arm.reason}")
 
     def _until(self, condition: Any, complaint: str) -> None:
         if not self._spin(condition, _IN_TIME):
-            said = self.operator.reports[-1].reason if self.operator.reports else ""
+            said = self.operator.arm.reason
             raise SpoiltTrialError(f"{complaint} {said and f'({said})'}")
