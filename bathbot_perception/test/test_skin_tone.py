@@ -36,9 +36,9 @@ def test_a_face_counts_before_other_skin_and_only_its_middle():
 def test_thirds_are_in_order_and_of_about_equal_size(angles):
     groups = thirds(angles)
     by_name = {name: [a for a, g in zip(angles, groups, strict=True) if g == name] for name in set(groups)}
-    if {"lightest", "darkest"} <= set(by_name):
-        assert min(by_name["lightest"]) > max(by_name["darkest"])
-        assert abs(len(by_name["lightest"]) - len(by_name["darkest"])) <= 1
+    assert {"lightest", "darkest"} <= set(by_name)
+    assert min(by_name["lightest"]) > max(by_name["darkest"])
+    assert abs(len(by_name["lightest"]) - len(by_name["darkest"])) <= 1
 
 
 def test_pictures_without_skin_belong_to_no_third():

@@ -1,6 +1,5 @@
 """What the watchdogs look at, from samples and commands."""
 
-import time
 
 import numpy as np
 import pytest
@@ -36,12 +35,6 @@ def test_age_counts_on_and_a_stamp_from_the_future_is_not_negative():
     health = fed(sample(1.0))
     assert health.signals(1.02, TCP, BUSY).age == pytest.approx(0.02)
     assert health.signals(0.5, TCP, BUSY).age == 0.0
-
-
-def test_the_clock_of_the_day_does_not_matter(monkeypatch):
-    health = fed(sample(1.0))
-    monkeypatch.setattr(time, "time", lambda: 0.0)
-    assert health.signals(1.01, TCP, BUSY).age == pytest.approx(0.01)
 
 
 def test_readings_that_came_before_are_counted_and_a_live_sensor_never_repeats_itself():
