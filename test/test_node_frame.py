@@ -169,7 +169,7 @@ def test_what_a_phase_made_ends_with_it_and_comes_again(graph, stage):
     orders.publish(String(data="hello"))
     graph.wait_for(lambda: "hello" in said)
     ours = lambda: [name for name, _ in client.get_service_names_and_types_by_node("stage", "/")]  # noqa: E731
-    assert {"/quick", "/slow"} <= set(ours())
+    graph.wait_for(lambda: {"/quick", "/slow"} <= set(ours()))
 
     change(graph, client, Transition.TRANSITION_DEACTIVATE)
     graph.wait_for(lambda: orders.get_subscription_count() == 0 and "/slow" not in ours())

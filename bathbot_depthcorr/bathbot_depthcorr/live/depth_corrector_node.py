@@ -56,8 +56,7 @@ class DepthCorrector(StageNode):
         self._raw = None
         self._registered: RegisteredOutput | None = None
         if any(self._settings.registered_roi):
-            colour = f"{CAMERA}/color/camera_info"
-            self._registered = RegisteredOutput(self, colour, self._live.region, self._fail)
+            self._registered = RegisteredOutput(self, self._live.region, self._fail)
         self._worker = self.worker(self._correct, self._fail, waiting=WAITING, patience=PATIENCE)
         self.listen(CameraInfo, f"{CAMERA}/depth/camera_info", guarded(self._meet_camera, self._fail), 5)
         # raw: the pixels are read in place

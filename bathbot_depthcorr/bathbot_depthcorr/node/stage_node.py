@@ -36,7 +36,7 @@ class StageNode(EndpointOwner):
             options: Of rclpy's `Node`, such as `parameter_overrides`.
         """
         super().__init__(name, **options)
-        self._settings_type, self._is_set_up = settings_type, False
+        self._settings_type = settings_type
         self._configured, self._active = Lifetime(), Lifetime()
         self.declare_parameter("autostart", True)
         parameters_node.declare(self, settings_type)
@@ -50,9 +50,6 @@ class StageNode(EndpointOwner):
 
     def stop(self) -> None:
         """End what `start` began beside its endpoints and threads, once no source calls any more."""
-
-    def teardown(self) -> None:
-        """Undo `setup`; runs on cleanup and at the end, if `setup` came to its end."""
 
     def report(self, level: bytes, message: str, **values: Any) -> None:
         """Set this node's diagnostic; it is sent every second, and at once when the message changes."""
@@ -87,13 +84,13 @@ class StageNode(EndpointOwner):
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of what `setup` loaded."""
-        return self._attempt("not configured", self._tear_down)
+        return self._attempt("not configured", self._configured.close)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop from any state."""
         if state.label == "active":
             self._attempt("inactive", self._halt)
-        return self._attempt("shut down", self._tear_down)
+        return self._attempt("shut down", self._configured.close)
 
     def end(self) -> None:
         """Leave in order, from whatever state the node is in."""
@@ -103,7 +100,6 @@ class StageNode(EndpointOwner):
 
     def _set_up(self) -> None:
         self.setup(parameters_node.read(self, self._settings_type))
-        self._is_set_up = True
 
     def _halt(self) -> None:
         self._active.close_sources()
@@ -111,14 +107,6 @@ class StageNode(EndpointOwner):
             self.stop()
         finally:
             self._active.close()
-
-    def _tear_down(self) -> None:
-        was_set_up, self._is_set_up = self._is_set_up, False
-        try:
-            if was_set_up:
-                self.teardown()
-        finally:
-            self._configured.close()
 
     def _attempt(
         self, reached: str, action: Callable[[], None], undo: Callable[[], None] = lambda: None
