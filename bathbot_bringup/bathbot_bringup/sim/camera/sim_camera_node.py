@@ -8,7 +8,6 @@ from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.messages import joints_from_state
-from bathbot_scrub.rm65.timing.beat import Ticker
 from sensor_msgs.msg import JointState
 
 from bathbot_bringup.sim.camera.d455_camera import D455Camera
@@ -36,7 +35,8 @@ class SimCamera(StageNode):
         self._output.publish_unit(self.now())
         self.listen(JointState, "joint_states", self._hear_joints, 10)
         self.every(1.0, self._diagnose)
-        self.hold(Ticker(self._settings.rate, self._shoot, self.get_logger().fatal))
+        photographer = self.worker(self._shoot, self._fail)
+        self.every(1.0 / self._settings.rate, lambda: photographer.put(None))
 
     def _hear_joints(self, message: JointState) -> None:
         try:
@@ -44,16 +44,16 @@ class SimCamera(StageNode):
         except NotReadyError:
             return  # of another arm
 
-    def _shoot(self) -> None:
+    def _shoot(self, _: None) -> None:
         """Take one pair of pictures and send it; the stamp is the moment it shows."""
-        try:
-            now = self.now()
-            shot = self._camera.shoot(now - self._epoch, self._camera.arm(time.monotonic()))
-            self._output.publish(shot, now)
-            self._taken += 1
-        except Exception as error:  # the thread must not die unseen; the diagnostic says why
-            self._trouble = f"{type(error).__name__}: {error}"
-            self.get_logger().fatal(self._trouble, throttle_duration_sec=10.0)
+        now = self.now()
+        shot = self._camera.shoot(now - self._epoch, self._camera.arm(time.monotonic()))
+        self._output.publish(shot, now)
+        self._taken += 1
+
+    def _fail(self, error: Exception) -> None:
+        self._trouble = f"{type(error).__name__}: {error}"
+        self.get_logger().fatal(self._trouble, throttle_duration_sec=10.0)
 
     def _diagnose(self) -> None:
         """Once per second: how it goes, and the temperature."""
