@@ -5,8 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import inverse, transform_from, transform_points
+from bathbot_localize.arm import arm_shape
 from bathbot_localize.arm.arm_mask import arm_silhouette, near_arm, project_widely
-from bathbot_localize.arm.arm_shape import ArmCapsule
+from bathbot_localize.arm.arm_shape import ArmCapsule, UnknownArmError
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from localize_scene import COLOUR, T_BASE_COLOUR
@@ -123,3 +124,9 @@ def test_the_mask_follows_the_camera():
     first = arm_silhouette(SHAPE.capsules, links, T_BASE_COLOUR, COLOUR)
     second = arm_silhouette(SHAPE.capsules, moved, move @ T_BASE_COLOUR, COLOUR)
     assert np.count_nonzero(first != second) <= 0.02 * first.sum()
+
+
+def test_an_arm_that_nobody_knows_is_said_by_name(monkeypatch):
+    monkeypatch.setattr(arm_shape, "INSTALLED_ARM", "bathbot_nowhere.installed_arm")
+    with pytest.raises(UnknownArmError, match=r"bathbot_nowhere.installed_arm .* install bathbot_scrub"):
+        arm_shape.installed_shape()

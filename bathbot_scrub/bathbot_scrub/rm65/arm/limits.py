@@ -1,4 +1,4 @@
-"""What the joints of the RM65 may do: the data sheet's angles and speeds, and gentler ones of ours.
+"""What the joints of the RM65 may do: data sheet, but for gentler accelerations; and the home posture.
 
 The controller's default acceleration is 600 deg/s^2; a person sits in reach, so ours is far lower, and the
 jerk is chosen to reach it in 0.1 s.
