@@ -1,1 +1,1 @@
-"""The arm in the picture, and room for it over the skin."""
+"""The arm in the picture with its scrub head, and room for it over the skin."""

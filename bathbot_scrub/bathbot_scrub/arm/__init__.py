@@ -1,1 +1,1 @@
-"""What every arm is to its users: the protocol, limits, tool paths, clearance, states and errors."""
+"""What every arm has: the protocol, limits, tool paths, clearance, states, force limits, errors."""

@@ -1,1 +1,1 @@
-"""The force sensor: limits, filter, the tool's weight, zeroing."""
+"""The force sensor: filter, the tool's weight, zeroing."""

@@ -1,1 +1,1 @@
-"""Where the arm may go: joint paths, free space, clearance from body and room."""
+"""Where the arm may go: joint paths, free space, retracting, itself, walls and body."""
