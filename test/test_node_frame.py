@@ -112,9 +112,10 @@ def answer(graph, future):
 
 def test_parameters_describe_themselves_and_refuse_to_change(graph, stage):
     _, client = stage
-    request = DescribeParameters.Request(names=["rate", "count"])
+    request = DescribeParameters.Request(names=["rate", "count", "autostart"])
     told = answer(graph, ask(graph, client, DescribeParameters, "stage/describe_parameters", request))
-    rate, count = told.descriptors
+    rate, count, autostart = told.descriptors
+    assert autostart.description.startswith("Whether the node configures and activates itself")
     assert rate.description == "Rate at which nothing in particular is done [Hz]"
     assert rate.additional_constraints == "must lie in 0..100 Hz, 0 left out"
     assert rate.floating_point_range[0].to_value == 100.0

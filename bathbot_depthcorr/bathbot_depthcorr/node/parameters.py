@@ -24,7 +24,6 @@ class Setting:
         step: Distance of allowed whole numbers, counted from `low`.
         length: How many numbers a tuple must hold; 0: any.
         choices: All values allowed; empty: any.
-        read_only: Whether it is read once, on configure, so that ROS refuses later changes.
     """
 
     default: Any
@@ -37,7 +36,6 @@ class Setting:
     step: int = 1
     length: int = 0
     choices: tuple[Any, ...] = ()
-    read_only: bool = True
 
     @property
     def least(self) -> float:

@@ -11,18 +11,19 @@ from bathbot_depthcorr.errors import SettingsError
 from bathbot_depthcorr.node.parameters import Setting, declared
 
 _ALWAYS_ALLOWED = ("autostart", "use_sim_time", "start_type_description_service")
+_AUTOSTART = Setting(True, "Whether the node configures and activates itself; false: a manager does")
 _LARGEST = 2**63 - 1  # of an integer parameter
 
 
 def descriptor(setting: Setting) -> ParameterDescriptor:
     """What `ros2 param describe` tells; its ranges are closed, so the rule stands beside them in words.
 
-    The type stays dynamic: `-p rate:=5` is an integer to ROS.
+    Read-only, for a setting is read once, on configure; of dynamic type, for `-p rate:=5` is no float to ROS.
     """
     told = ParameterDescriptor(
         description=setting.description,
         additional_constraints=setting.rule,
-        read_only=setting.read_only,
+        read_only=True,
         dynamic_typing=True,
     )
     if math.isinf(setting.least) and math.isinf(setting.most):
@@ -39,7 +40,8 @@ def descriptor(setting: Setting) -> ParameterDescriptor:
 
 
 def declare(node: Node, settings_type: type) -> None:
-    """Declare a parameter for each setting."""
+    """Declare a parameter for each setting, and `autostart`."""
+    node.declare_parameter("autostart", True, descriptor(_AUTOSTART))
     for name, setting in declared(settings_type).items():
         default = list(setting.default) if isinstance(setting.default, tuple) else setting.default
         try:
@@ -61,8 +63,7 @@ def read(node: Node, settings_type: type) -> Any:
             raise SettingsError(f"unknown parameter {name}; known are {', '.join(known)}")
     values = {}
     for name, setting in known.items():
-        fixed = setting.read_only and name in given
-        value = given[name].value if fixed else node.get_parameter(name).value
+        value = given[name].value if name in given else node.get_parameter(name).value
         values[name] = _convert(name, value, setting.default)
     return settings_type(**values)
 

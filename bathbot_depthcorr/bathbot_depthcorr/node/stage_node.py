@@ -38,7 +38,6 @@ class StageNode(EndpointOwner):
         super().__init__(name, **options)
         self._settings_type = settings_type
         self._configured, self._active = Lifetime(), Lifetime()
-        self.declare_parameter("autostart", True)
         parameters_node.declare(self, settings_type)
         self.diagnostic = Diagnostic(self, "not configured")
 
