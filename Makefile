@@ -1,5 +1,5 @@
 # make demo   the whole bathing job in the simulated bathroom
-# make test   all tests
+# make test   all tests; `.venv/bin/python -m pytest -m "not graph"` leaves out those that start processes
 # make colcon builds and tests the same tree with colcon against the ROS wheels
 # make setup  only install; both of the above do it when something is missing
 
