@@ -167,9 +167,8 @@ def test_what_a_phase_made_ends_with_it_and_comes_again(graph, stage):
     client.create_subscription(String, "words", lambda message: said.append(message.data), 10)
     orders = client.create_publisher(String, "orders", 10)
     graph.wait_for(lambda: orders.get_subscription_count() == 1 and "tick" in said)
-    orders.publish(String(data="hello"))
-    graph.wait_for(lambda: "hello" in said)
-    ours = lambda: [name for name, _ in client.get_service_names_and_types_by_node("stage", "/")]  # noqa: E731
+    graph.wait_for(lambda: orders.publish(String(data="hello")) or "hello" in said)
+    ours = lambda: [name for name, _ in client.get_service_names_and_types()]  # noqa: E731
     graph.wait_for(lambda: {"/quick", "/slow"} <= set(ours()))
 
     change(graph, client, Transition.TRANSITION_DEACTIVATE)
