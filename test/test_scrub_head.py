@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.graph  # a process of its own, in which the head is another
 ANSWERS = """
 import inspect, json, sys
 from dataclasses import replace
