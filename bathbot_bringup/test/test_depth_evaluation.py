@@ -167,7 +167,7 @@ def test_seeds_are_counted_or_named():
 
 
 def test_the_command_writes_numbers_and_pictures(tmp_path, capsys):
-    line = "evaluate depth --seeds 2 --size 320x180 --poses 10 --frames 1"
+    line = "evaluate depth --seeds 1 --size 320x180 --poses 10 --frames 1"
     file = tmp_path / "depth.json"
     assert run([*line.split(), "--json", str(file), "--figures", str(tmp_path)]) == 0
     result = json.loads(file.read_text())

@@ -31,24 +31,24 @@ def sensor():
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory, sensor):
     path = tmp_path_factory.mktemp("bags") / "wall"
-    record(path, sensor, 14)
+    record(path, sensor, 11)
     return path
 
 
 def test_a_bag_becomes_a_calibration_with_picture_and_report(bag, sensor, tmp_path):
     told = []
     report = calibrate_bag(bag, tmp_path / "unit.npz", progress=told.append)
-    assert report.views == 14
+    assert report.views == 11
     assert report.after < 0.2 * report.before
     correction = load(tmp_path / "unit.npz")
     assert (correction.depth_camera.width, correction.depth_camera.fx) == (424, sensor.camera.fx)
     assert (tmp_path / "unit.png").stat().st_size > 10_000
-    assert sum("board found" in line for line in told) == 14
+    assert sum("board found" in line for line in told) == 11
 
 
 def test_moving_frames_are_left_out(bag):
     recording = read_boards(bag, BOARD)
-    assert len(recording.boards) == 14
+    assert len(recording.boards) == 11
     assert {board.frames for board in recording.boards} == {4}
     assert all(board.temporal_noise > 0.0 for board in recording.boards)
     centre = [float(np.nanmedian(board.depth[100:140, 190:230])) for board in recording.boards]
@@ -106,7 +106,7 @@ def test_a_bag_stays_one_whatever_lies_beside_it(bag, sensor, tmp_path):
     copy = shutil.copytree(bag, tmp_path / "bag")
     write_view(copy / "view_000.npz", CalibrationView(np.ones((240, 424), np.float32), wall(0.8)))
     assert is_bag(copy)
-    assert len(read_views(copy, BOARD, Steps()).views) == 14
+    assert len(read_views(copy, BOARD, Steps()).views) == 11
 
 
 def refused(kind, words, call, *arguments, **keywords):
