@@ -18,6 +18,7 @@ from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.motion.approach import Approach, Request, Touch
+from bathbot_scrub.rm65.motion.arm_link import ArmLink
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.controller_link import ControllerLink
@@ -58,7 +59,7 @@ class ArmDriver:
         settings: DriverSettings,
         limits: ForceLimits,
         arm: DrivenArm,
-        link: ControllerLink,
+        link: ArmLink,
         warn: Callable[[str], None] = lambda _: None,
     ) -> None:
         """Start to connect and to guard.

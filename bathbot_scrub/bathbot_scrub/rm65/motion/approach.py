@@ -21,9 +21,9 @@ from bathbot_scrub.arm.force_limits import ForceLimits
 from bathbot_scrub.arm.states import Cause, Reaction, State
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
+from bathbot_scrub.rm65.motion.arm_link import ArmLink
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
-from bathbot_scrub.rm65.motion.controller_link import ControllerLink
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -57,7 +57,7 @@ class Approach:
     def __init__(
         self,
         loop: ControlLoop,
-        link: ControllerLink,
+        link: ArmLink,
         planner: MotionPlanner,
         limits: ForceLimits,
         settings: DriverSettings,

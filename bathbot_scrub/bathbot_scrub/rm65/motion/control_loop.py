@@ -19,6 +19,7 @@ from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import comfort
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, IdleContact, Watchdogs, gravest
+from bathbot_scrub.rm65.motion.arm_link import ArmLink, Sensed
 from bathbot_scrub.rm65.motion.commanded_motion import (
     ARRIVALS,
     MORE_MAY_COME,
@@ -26,7 +27,6 @@ from bathbot_scrub.rm65.motion.commanded_motion import (
     MotionKind,
     standing_joints,
 )
-from bathbot_scrub.rm65.motion.controller_link import ControllerLink, Sensed
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
@@ -48,7 +48,7 @@ class ControlLoop:
 
     def __init__(
         self,
-        link: ControllerLink,
+        link: ArmLink,
         planner: MotionPlanner,
         guard: ForceGuard,
         settings: DriverSettings,
@@ -130,7 +130,7 @@ class ControlLoop:
     def forget(self) -> None:
         """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
-        self._link.health.command(None, time.monotonic())
+        self._link.told(None, time.monotonic())
         self.guard.rest()
         self.log.pause()
         self.lock.notify_all()
@@ -171,7 +171,7 @@ class ControlLoop:
 
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the path off the skin."""
-        self._link.client.stream_joints(joints)
+        self._link.stream(joints)
         self.log.sent(time.monotonic())
         if self.guard.touching and self.motion.kind is not MotionKind.LEAVE:
             self._retract_path.prepare(joints)
@@ -209,7 +209,7 @@ class ControlLoop:
             self.guard.rest()
             return
         self.forget()
-        self._link.client.post({"command": "set_arm_stop"})  # behind all commands that still wait
+        self._link.stop_behind()
 
     def _answer(self, followed: bool) -> None:
         """Leave who presses on the head; in vain only once for each time."""
@@ -229,7 +229,7 @@ class ControlLoop:
             self.forget()
             return None
         joints = motion.step()
-        self._link.health.command(joints, time.monotonic())
+        self._link.told(joints, time.monotonic())
         if motion.runner is not None and motion.at_rest:
             self._at_rest(motion.runner)
         return joints

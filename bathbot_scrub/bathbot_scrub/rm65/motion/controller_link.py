@@ -8,7 +8,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from bathbot_scrub.rm65.force.wrench_filter import HeadWrench, WrenchFilter
 from bathbot_scrub.rm65.force.zeroing import Zeroing
 from bathbot_scrub.rm65.guard.force_checks import Reading
 from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, SignalHealth, Signals
+from bathbot_scrub.rm65.motion.arm_link import LinkCounts, Sensed
 from bathbot_scrub.rm65.settings import DriverSettings
 
 Array = NDArray[np.float64]
@@ -30,15 +30,8 @@ _ASK = 0.03  # [s] between questions that show that the controller still listens
 _NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
 
 
-class Sensed(NamedTuple):
-    """What was measured last."""
-
-    reading: Reading
-    joints: Array  # [rad], shape (6,); NaN before the first sample
-
-
 class ControllerLink:
-    """TCP client and UDP receiver of one controller, set up as the driver needs them."""
+    """The `ArmLink` of an RM65: TCP client and UDP receiver, set up as the driver needs them."""
 
     def __init__(self, settings: DriverSettings, warn: Callable[[str], None]) -> None:
         """Listen to the push; `start` begins to connect.
@@ -102,6 +95,22 @@ class ControllerLink:
         waited = max(now - asked, 0.0) if asked is not None else 0.0
         reason = self.trouble or self.client.connection.reason
         return self.health.signals(now, Connected(self.connected, reason, waited, self._powered), activity)
+
+    def stream(self, joints: Array) -> None:
+        """Command joints [rad], shape (6,), one period after the last."""
+        self.client.stream_joints(joints)
+
+    def told(self, joints: Array | None, now: float) -> None:
+        """Know what is commanded at `now` [s]; None: nothing."""
+        self.health.command(joints, now)
+
+    def stop_behind(self) -> None:
+        """Have the arm stopped behind all commands that still wait."""
+        self.client.post({"command": "set_arm_stop"})
+
+    def counts(self) -> LinkCounts:
+        """What has come over UDP and TCP so far."""
+        return LinkCounts(self.receiver.accepted, self.receiver.rejected, self.client.protocol_errors)
 
     def clear_errors(self) -> None:
         """Ask the controller to forget the errors it keeps.

@@ -71,7 +71,7 @@ class Telemetry:
 
 def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
     """What a person who looks for a fault wants to know; one key for each watchdog."""
-    loop, receiver = driver.loop, driver.link.receiver
+    loop, counts = driver.loop, driver.link.counts()
     said = {alarm.name: alarm.message for alarm in loop.alarms}
     return {
         "state": snapshot.state.name,
@@ -79,9 +79,9 @@ def diagnostic_values(driver: ArmDriver, snapshot: Snapshot) -> dict[str, Any]:
         "force": f"{snapshot.force:.2f}",
         "comfort": comfort_word(driver, snapshot) or "ok",
         "body": driver.surroundings.status(),
-        "samples": receiver.accepted,
-        "samples_refused": receiver.rejected,
-        "protocol_errors": driver.link.client.protocol_errors,
+        "samples": counts.samples,
+        "samples_refused": counts.samples_refused,
+        "protocol_errors": counts.protocol_errors,
         "commands": loop.log.statistics.sent,
         "periods_missed": loop.log.statistics.missed,
         "period_deviation_p99_ms": f"{snapshot.period_deviation_p99 * 1e3:.3f}",
