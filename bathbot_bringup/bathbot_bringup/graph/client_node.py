@@ -25,10 +25,7 @@ class GraphClient:
     """Talks to a graph of one DDS domain; use it as a context manager."""
 
     def __init__(self, name: str, domain: int | None = None) -> None:
-        """Join the domain; None takes the one of the environment.
-
-        Processes that were started with this program's environment share its transport settings.
-        """
+        """Join the domain; None takes the environment's, whose transport its processes share."""
         rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(f"{name}_{os.getpid()}")
         self._executor = SingleThreadedExecutor()
@@ -80,8 +77,7 @@ class GraphClient:
     def service(self, kind: type, name: str) -> Client:
         """Make a client of a service, or give the one made before; it ends with this one.
 
-        Make it some time before it is needed: a server that has not discovered its client yet drops the
-        answer, though the client has discovered the server.
+        Make it early: a server that has not discovered its client yet drops the answer.
         """
         if name not in self._clients:
             self._clients[name] = self.node.create_client(kind, name)
