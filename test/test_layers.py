@@ -3,6 +3,7 @@
 import ast
 from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree
 
 ROOT = Path(__file__).parents[1]
 UPSTREAM = {
@@ -34,6 +35,19 @@ INTERFACES = {
     "tf2_msgs",
     "trajectory_msgs",
     "vision_msgs",
+}
+# As rosdep calls what Python calls otherwise; what only PyPI has stands in the README.
+ROSDEP = {
+    "PIL": "python3-pil",
+    "cv2": "python3-opencv",
+    "launch": "launch",
+    "launch_ros": "launch_ros",
+    "matplotlib": "python3-matplotlib",
+    "numpy": "python3-numpy",
+    "pinocchio": "pinocchio",
+    "rclpy": "rclpy",
+    "scipy": "python3-scipy",
+    "yaml": "python3-yaml",
 }
 # The arm is named once; the rest takes `bathbot_scrub.arm.arm.Arm`.
 KNOW_THE_RM65 = {
@@ -78,6 +92,19 @@ def test_imports_flow_one_way():
         if not ours <= UPSTREAM[package] | {package}:
             wrong[str(module.relative_to(ROOT))] = ours
     assert not wrong
+
+
+def test_a_package_declares_what_it_imports():
+    """colcon and rosdep read package.xml; what another package happens to bring may be gone tomorrow."""
+    names = {name: name for name in INTERFACES | set(UPSTREAM)} | ROSDEP
+    missing = {}
+    for package in UPSTREAM:
+        files = [*(ROOT / package / package).rglob("*.py"), *(ROOT / package / "launch").glob("*.py")]
+        used = {name.split(".")[0] for file in files for name in imports(file)} & set(names) - {package}
+        manifest = ElementTree.parse(ROOT / package / "package.xml")
+        declared = {entry.text for entry in manifest.iter("exec_depend")}
+        missing[package] = sorted({names[name] for name in used} - declared)
+    assert missing == {package: [] for package in UPSTREAM}
 
 
 def test_only_nodes_know_ros():

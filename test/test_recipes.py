@@ -58,7 +58,7 @@ def test_each_recipe_has_at_most_ten_lines():
         lines = [line for line in recipe.splitlines()[1:] if line.strip()]
         steps = [line for line in lines if re.match(r"\d\. ", line)]
         assert len(steps) <= 5, recipe
-        assert len(lines) <= 13, recipe
+        assert len(lines) <= 10, recipe
 
 
 def test_a_new_fault_is_one_row(monkeypatch):

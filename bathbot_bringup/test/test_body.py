@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from bathbot_bringup.sim.body import (
     BODIES,
-    CLASS_NAMES,
     Part,
     Side,
     UnknownBodyError,
@@ -13,6 +12,7 @@ from bathbot_bringup.sim.body import (
     load_body,
     vertex_normals,
 )
+from bathbot_perception.classes import SKIN_CLASSES
 from numpy.testing import assert_allclose
 
 
@@ -25,7 +25,7 @@ def test_the_file_is_small_and_holds_ten_bodies_or_more():
 def test_a_body_is_a_seated_adult_with_all_parts(index):
     body = load_body(index)
     assert set(body.parts) == {part for part in Part if part != Part.NOT_SKIN}
-    assert len(CLASS_NAMES) == len(set(body.parts))
+    assert len(SKIN_CLASSES) == len(set(body.parts))
     assert 0.75 < body.vertices[:, 2].max() < 1.1  # from seat to crown
     assert -0.7 < body.vertices[:, 2].min() < -0.2  # feet below the seat
     assert body.landmarks["lowerleg01.L"][0] > 0.3  # knees forward

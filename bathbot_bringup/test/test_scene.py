@@ -13,7 +13,7 @@ from bathbot_scrub.rm65.arm.rm65 import RM65
 from numpy.testing import assert_allclose
 from scene_reach import head_poses, reachable_areas
 
-HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
+HOME = RM65().home
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import yaml
 from bathbot_bringup.errors import SettingsError
 from bathbot_bringup.sim.camera.d455_camera import ColourNoise, D455Camera
 from bathbot_bringup.sim.camera.sim_camera_settings import SCENES, SimCameraSettings
+from bathbot_scrub.installed_arm import installed_arm
 
 CONFIG = Path(__file__).parents[1] / "config" / "sim_camera.yaml"
 
@@ -37,7 +38,7 @@ def test_bad_values_are_refused(change, message):
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_scene_gives_a_pair_of_pictures(scene):
     camera = D455Camera(SimCameraSettings(scene=scene, width=424, height=240, poses=3))
-    shot = camera.shoot(0.1, np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0]))
+    shot = camera.shoot(0.1, installed_arm().home)
     assert shot.colour.shape == (240, 424, 3)
     assert shot.colour.dtype == np.uint8
     assert 0.3 < np.isfinite(shot.depth).mean() < 1.0

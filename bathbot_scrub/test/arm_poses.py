@@ -9,7 +9,7 @@ from bathbot_scrub.rm65.paths.path_runner import Pace
 from scipy.spatial.transform import Rotation
 
 ARM = RM65("6F")
-HOME = np.radians([0.0, 60.0, -130.0, 0.0, -80.0, 0.0])
+HOME = ARM.home
 JOINT_PACE = Pace(1.0, 2.0, 20.0)
 PLANNER = MotionPlanner(ARM, HOME, JOINT_PACE, 0.5)
 PERIOD = 0.01

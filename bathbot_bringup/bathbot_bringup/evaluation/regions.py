@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.detection.detector import Detector, load
 from bathbot_perception.detection.settings import SkinDetectorSettings
 from bathbot_perception.regions import overlap
@@ -12,7 +13,6 @@ from rich.console import Console
 from rich.progress import track
 
 from bathbot_bringup.files import write_json
-from bathbot_bringup.sim.body import CLASS_NAMES
 from bathbot_bringup.sim.camera.d455_camera import D455Camera
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_bringup.sim.render.boxes import skin_boxes
@@ -45,7 +45,7 @@ def look(detector: Detector, seed: int, region: str, scenario: str) -> Look:
     truths = [
         (box.left, box.top, box.right + 1, box.bottom + 1)
         for box in skin_boxes(seen.parts, seen.sides)
-        if CLASS_NAMES[box.part] == region
+        if SKIN_CLASSES[box.part] == region
     ]
     found = [one for one in detector.detect(camera.shoot(0.0).colour) if one.name == region]
     if not (truths and found):

@@ -2,12 +2,12 @@
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse, rotate
+from bathbot_perception.classes import SKIN_CLASSES
 from numpy.typing import NDArray
 
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.report.run_data import TargetSeen
-from bathbot_bringup.sim.body import CLASS_NAMES
 from bathbot_bringup.sim.body_surface import BodySurface
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_bringup.sim.scenario import load_scenario
@@ -57,4 +57,4 @@ class Truth:
 
     def skin_faces(self, region: str) -> NDArray[np.bool_]:
         """Which triangles of the body are skin of a region, shape (F,)."""
-        return self.labels == CLASS_NAMES.index(region)
+        return self.labels == SKIN_CLASSES.index(region)

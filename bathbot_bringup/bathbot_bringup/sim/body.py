@@ -28,9 +28,6 @@ class Part(IntEnum):
     NOT_SKIN = 6
 
 
-CLASS_NAMES = ("Face_skin", "Trunk_skin", "Upperlimb_skin", "Lowerlimb_skin", "Hand_skin", "Foot_skin")
-
-
 class Mark(IntEnum):
     """What a painter needs to know about a vertex beside its part."""
 

@@ -7,9 +7,10 @@ back by what the skin at the hit has moved.
 import numpy as np
 import open3d as o3d
 from bathbot_depthcorr.geometry.rigid import inverse, rotate, transform_points
+from bathbot_perception.classes import SKIN_CLASSES
 from numpy.typing import ArrayLike, NDArray
 
-from bathbot_bringup.sim.body import CLASS_NAMES, Body, breathing_weights
+from bathbot_bringup.sim.body import Body, breathing_weights
 from bathbot_bringup.sim.render.light import ray_scene
 from bathbot_bringup.sim.render.mesh import Mesh
 from bathbot_bringup.sim.scenario import BodyMotion
@@ -79,8 +80,8 @@ class BodySurface:
         distances = np.where(met, hit["t_hit"].numpy().astype(float), np.inf)
         normals = hit["primitive_normals"].numpy().astype(float)
         normals = np.where(met[:, None], rotate(T_base_moved, normals), 0.0)
-        label = int(self._mesh.labels[face[0]]) if len(met) and met[0] else len(CLASS_NAMES)
-        return distances, normals, CLASS_NAMES[label] if label < len(CLASS_NAMES) else ""
+        label = int(self._mesh.labels[face[0]]) if len(met) and met[0] else len(SKIN_CLASSES)
+        return distances, normals, SKIN_CLASSES[label] if label < len(SKIN_CLASSES) else ""
 
     def true_point(self, origin: ArrayLike, direction: ArrayLike, t: float) -> Array:
         """Where one ray, base frame, shape (3,) each, meets the surface [m], shape (3,); NaN if nowhere."""

@@ -92,7 +92,7 @@ def fit_and_judge(
     return correction, CalibrationReport(
         model, len(every), [judge(view, trial, Identity(unit)) for view in checked.held],
         extrinsics_change(correction.unit, unit), focal_change,
-        float(getattr(correction, "noise", np.nan)), checked.raw, warnings,
+        correction.noise, checked.raw, warnings,
         (LearningPoint(len(checked.training), smooth_error(trial, checked.held)),),
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ A correction belongs to one camera unit: it knows the serial number, the intrins
 made for, and refuses another.
 """
 
+import math
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar
@@ -30,6 +31,7 @@ class Correction(ABC):
     """Turns the depth a camera reports into the depth that is true."""
 
     model: ClassVar[str]
+    noise: float = math.nan  # [px] of one pixel's disparity in one frame; NaN: not known
 
     def __init__(self, unit: CameraUnit) -> None:
         """Keep the camera this correction belongs to."""

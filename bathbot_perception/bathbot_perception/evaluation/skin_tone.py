@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.regions import Region
 
 THIRDS = ("lightest", "middle", "darkest")
 _MIDDLE = 0.5  # share of a box, about its middle, that is looked at: mostly skin
-_ORDER = ("Face_skin", "Trunk_skin", "Upperlimb_skin", "Lowerlimb_skin", "Hand_skin", "Foot_skin")
 
 
 def typology_angle(rgb: NDArray[np.uint8], regions: Sequence[Region]) -> float:
@@ -28,7 +28,7 @@ def typology_angle(rgb: NDArray[np.uint8], regions: Sequence[Region]) -> float:
     Returns:
         NaN without regions.
     """
-    for name in _ORDER:
+    for name in SKIN_CLASSES:
         mine = [region for region in regions if region.name == name]
         if mine:
             return _angle(rgb, max(mine, key=lambda region: region.size[0] * region.size[1]))

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from bathbot_perception.classes import SKIN_CLASSES
 from bathbot_perception.pictures.voc import Annotation, write_annotation
 from bathbot_perception.regions import Region
 from numpy.typing import NDArray
 
-from bathbot_bringup.sim.body import CLASS_NAMES, Side
+from bathbot_bringup.sim.body import Side
 
 SMALLEST_SIDE = 12  # [px]; smaller boxes are dropped
 SMALLEST_PIECE = 12  # [px]; smaller specks of skin do not stretch a box
@@ -43,7 +44,7 @@ def skin_boxes(parts: NDArray[np.uint8], sides: NDArray[np.uint8]) -> list[SkinB
         sides: `Side` of each pixel, shape (H, W).
     """
     boxes = []
-    for part in range(len(CLASS_NAMES)):
+    for part in range(len(SKIN_CLASSES)):
         for side in Side:
             mask = ((parts == part) & (sides == side)).astype(np.uint8)
             _, _, pieces, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
@@ -72,5 +73,5 @@ def write_voc(path: Path, image_name: str, shape: tuple[int, int], boxes: list[S
     for box in boxes:
         side = min(box.right - box.left, box.bottom - box.top) + 1
         bounds = tuple(float(value + 1) for value in box[1:])
-        regions[side < NARROW * width].append(Region(CLASS_NAMES[box.part], 1.0, bounds))
+        regions[side < NARROW * width].append(Region(SKIN_CLASSES[box.part], 1.0, bounds))
     write_annotation(path, Annotation(image_name, width, height, tuple(regions[False]), tuple(regions[True])))
