@@ -6,6 +6,7 @@ from arm_poses import ARM
 from bathbot_scrub.arm.branches import wrap
 from bathbot_scrub.arm.errors import UnreachableError
 from bathbot_scrub.arm.tool_path import solve_path
+from bathbot_scrub.rm65.arm.branch_kernel import fill_branches
 from bathbot_scrub.rm65.arm.inverse_kinematics import (
     all_branches,
     distance_to_singularity,
@@ -48,6 +49,15 @@ def test_near_a_singularity_the_pose_is_still_met(variant, joint):
     joints = rng.uniform(RM65_LIMITS.lower, RM65_LIMITS.upper, (2000, 6))
     joints[:, joint] = rng.uniform(-0.1, 0.1, 2000) * np.pi / 180 * 10.0 ** rng.uniform(-9, 0, 2000)
     assert round_trip(RM65(variant), joints).max() < 1e-6
+
+
+def test_a_solution_and_the_reason_of_none_share_one_compiled_kernel():
+    """Else the first reason would be compiled in the control loop, while the arm leaves the skin."""
+    far = ARM.head(ARM.home)
+    far[0, 3] += 3.0
+    ARM.solve_head(far)
+    assert ARM.why_unreachable(far, RM65_LIMITS)
+    assert len({signature[5:7] for signature in fill_branches.signatures}) == 1  # lower and upper limits
 
 
 def test_over_the_shoulder_the_pose_is_still_met():

@@ -6,6 +6,8 @@ rotation that is left (wrist either way): Rz(q4) Ry(q5) Rz(q6). The formulas are
 there is no solution, `why_unreachable` says what keeps the head from the pose.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +19,8 @@ from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM, K
 from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 
 Array = NDArray[np.float64]
-_ANY_ANGLE = np.full(6, np.inf)
+# Limits, too, so that the kernel is the one compiled for limits: none may be compiled once the arm moves.
+_ANY_ANGLE = replace(RM65_LIMITS, lower=np.full(6, -np.inf), upper=np.full(6, np.inf))
 _LONGEST, _SHORTEST = UPPER_ARM + FOREARM, UPPER_ARM - FOREARM  # [m] from shoulder to wrist
 
 
@@ -32,7 +35,7 @@ def all_branches(kinematics: Kinematics, T_base_flange: ArrayLike) -> Array:
         Angles [rad] in (-pi, pi], shape (..., 8, 6), NaN where out of reach. The branch index is
         4 * shoulder + 2 * elbow + wrist and keeps its meaning along a path.
     """
-    return _branches(kinematics, np.asarray(T_base_flange, dtype=float), -_ANY_ANGLE, _ANY_ANGLE)
+    return _branches(kinematics, np.asarray(T_base_flange, dtype=float), _ANY_ANGLE.lower, _ANY_ANGLE.upper)
 
 
 def _branches(kinematics: Kinematics, T_base_flange: Array, lower: Array, upper: Array) -> Array:
