@@ -52,14 +52,16 @@ class ScrubSession:
     def see_arm(self, report: ArmReport) -> None:
         """Take in what the arm says."""
         self.inputs.before.see_arm(report)
-        if self._job is not None:
-            self._job.see_arm(report)
+        job = self._job  # it may end meanwhile, in its thread
+        if job is not None:
+            job.see_arm(report)
 
     def see_surface(self, sighting: Sighting) -> None:
         """Take in a surface."""
         self.inputs.before.see_surface(sighting)
-        if self._job is not None:
-            self._job.see_surface(sighting)
+        job = self._job
+        if job is not None:
+            job.see_surface(sighting)
 
     def begin(self, region: str, max_length: float, listeners: Listeners) -> None:
         """Scrub a region, at most `max_length` [m] of path; 0: all of the patch.
@@ -70,7 +72,7 @@ class ScrubSession:
         if self._job is not None:
             raise NotReadyError("another path is being scrubbed; wait for its end or cancel it")
         task = self.inputs.task(region, max_length, self._clock())
-        self._job = ScrubJob(
+        self._job = job = ScrubJob(
             task.path_id,
             lambda: self._plan(task, listeners),
             listeners.sent,
@@ -79,13 +81,14 @@ class ScrubSession:
             self._settings,
         )
         listeners.begun(task)
-        self._job.see_arm(self.inputs.before.arm)
-        self._job.start()
+        job.see_arm(self.inputs.before.arm)
+        job.start()
 
     def cancel(self) -> None:
         """Ask the scrub on its way to end, if there is one."""
-        if self._job is not None:
-            self._job.cancel()
+        job = self._job
+        if job is not None:
+            job.cancel()
 
     def close(self) -> None:
         """End the scrub on its way and wait for that."""

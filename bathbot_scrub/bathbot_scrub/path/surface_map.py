@@ -155,7 +155,13 @@ class SurfaceMap:
 
 
 class SkinLevel:
-    """Heights of the skin over time, along the normal."""
+    """The height of breathing skin to plan on, along the normal.
+
+    A segment is followed seconds after it was planned, about half a breath: planned on the newest height it
+    could be off by twice the breath's amplitude. So plans stand on the mean of the last breaths as soon as
+    they are known. A height that leaves what the last breaths have shown, at once or little by little, is a
+    move of the body: it is followed, and the breaths before it are forgotten.
+    """
 
     def __init__(self, window: float, spread: float) -> None:
         """Begin without any height.
