@@ -1,18 +1,12 @@
-"""Starts the depth corrector alone; `calibration:=FILE` names the camera's calibration."""
+"""The depth corrector by itself: ros2 launch bathbot_depthcorr depth_corrector.launch.py calibration:=F."""
 
+from bathbot_depthcorr.one_node_launch import Argument, one_node
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import LifecycleNode
-from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    config = PathJoinSubstitution([FindPackageShare("bathbot_depthcorr"), "config", "depth_corrector.yaml"])
-    return LaunchDescription([
-        DeclareLaunchArgument("calibration", default_value="", description="the camera's .npz calibration"),
-        LifecycleNode(
-            package="bathbot_depthcorr", executable="depth_corrector", name="depth_corrector", namespace="",
-            parameters=[config, {"calibration": LaunchConfiguration("calibration")}], output="screen",
-        ),
-    ])  # fmt: skip
+    return one_node(
+        "bathbot_depthcorr",
+        "depth_corrector",
+        Argument("calibration", "", "the camera's .npz calibration"),
+    )

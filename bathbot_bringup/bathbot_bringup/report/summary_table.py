@@ -17,7 +17,7 @@ ROWS = (
     ("force_mean_n", "force on the path, mean", "N", 2),
     ("force_peak_n", "force, peak", "N", 2),
     ("force_threshold_n", "force that makes the arm retract", "N", 1),
-    ("comfort_fraction", "time on the path within 1-6 N", "%", 1),
+    ("comfort_fraction", "time on the path within the comfort band", "%", 1),
     ("command_period_p99_dev_ms", "command period, p99 of its deviation", "ms", 2),
     ("path_length_m", "planned path", "m", 3),
     ("duration_s", "whole run", "s", 1),
