@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from bathbot_depthcorr.errors import DepthcorrError
 from bathbot_depthcorr.geometry.pinhole import Pinhole
-from bathbot_depthcorr.geometry.rigid import rotation_from_quaternion, transform_from
 
 _MM_PER_METRE = np.float32(1000.0)
 
@@ -116,13 +115,6 @@ def transform_from_extrinsics(extrinsics: Any) -> NDArray[np.float64]:
     transform[:3, :3] = rotation
     transform[:3, 3] = extrinsics.translation
     return transform
-
-
-def transform_from_message(message: Any) -> NDArray[np.float64]:
-    """Transform, shape (4, 4), of a geometry_msgs/Transform."""
-    turn, shift = message.rotation, message.translation
-    rotation = rotation_from_quaternion((turn.x, turn.y, turn.z, turn.w))
-    return transform_from(rotation, (shift.x, shift.y, shift.z))
 
 
 def stamp_seconds(stamp: Any) -> float:

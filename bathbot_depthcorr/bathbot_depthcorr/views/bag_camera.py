@@ -13,11 +13,8 @@ from bathbot_depthcorr.geometry.pinhole import Pinhole
 from bathbot_depthcorr.geometry.rigid import inverse, rotation_angle
 from bathbot_depthcorr.ros.bag_messages import BagError, message_counts, messages
 from bathbot_depthcorr.ros.camera_health import CameraHealth, camera_health
-from bathbot_depthcorr.ros.image_decoding import (
-    pinhole_from_info,
-    transform_from_extrinsics,
-    transform_from_message,
-)
+from bathbot_depthcorr.ros.image_decoding import pinhole_from_info, transform_from_extrinsics
+from bathbot_depthcorr.ros.pose_decoding import transform_from_message
 
 Array = NDArray[np.float64]
 
