@@ -1,5 +1,5 @@
 # make demo   the whole bathing job in the simulated bathroom
-# make test   all tests; `.venv/bin/python -m pytest -m "not graph"` leaves out those that start processes
+# make test   all tests: first those of this process alone, on all cores, then those that start others
 # make colcon builds and tests the same tree with colcon against the ROS wheels
 # make setup  only install; both of the above do it when something is missing
 
@@ -23,7 +23,8 @@ demo: setup
 	$(BIN)/bathbot demo
 
 test: setup
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m "not graph"
+	$(BIN)/python -m pytest -m graph
 
 setup: $(VENV)/system $(VENV)/interfaces $(VENV)/packages
 	@:

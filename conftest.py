@@ -29,6 +29,16 @@ def _init_in_graph_tests(context: Context, *arguments, **options) -> None:
     _init(context, *arguments, **options)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Spread `-m "not graph"` over the cores: such tests share nothing. Those of the graph need them all."""
+    option, is_worker = config.option, hasattr(config, "workerinput")
+    if option.markexpr != "not graph" or is_worker or not config.pluginmanager.has_plugin("xdist"):
+        return
+    if option.numprocesses is None and not option.usepdb:
+        option.numprocesses, option.dist = os.cpu_count(), "loadfile"
+
+
 def pytest_configure() -> None:
     """Watch from the first test on."""
     sys.addaudithook(_refuse_outside)
