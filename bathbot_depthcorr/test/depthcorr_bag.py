@@ -1,5 +1,7 @@
 """Bags of a simulated D455 before a drawn chessboard, for the tests; no ROS is needed to write them."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 from bathbot_depthcorr.geometry.pinhole import Pinhole
@@ -91,8 +93,10 @@ def static(chain):
     return make(TF, transforms=entries)
 
 
-def draw(pose):
-    """The board on a grey wall, seen by the colour camera, with many samples per pixel."""
+@cache
+def drawn(pose):
+    """The board on a grey wall, seen by the colour camera, with many samples per pixel; `pose` as bytes."""
+    pose = np.frombuffer(pose).reshape(4, 4)
     big = COLOUR.scaled(COLOUR.width * 4, COLOUR.height * 4)
     cells = np.add.outer(np.arange(BOARD.rows + 1), np.arange(BOARD.columns + 1)) % 2
     print_ = np.kron(
@@ -102,8 +106,8 @@ def draw(pose):
     shift = 0.5 * pitch - 2 * BOARD.square
     metres = np.array([[pitch, 0, shift], [0, pitch, shift], [0, 0, 1]])
     warp = big.matrix @ pose[:3, [0, 1, 3]] @ metres
-    drawn = cv2.warpPerspective(print_, warp, (big.width, big.height), borderValue=120)
-    grey = cv2.resize(drawn, (COLOUR.width, COLOUR.height), interpolation=cv2.INTER_AREA)
+    large = cv2.warpPerspective(print_, warp, (big.width, big.height), borderValue=120)
+    grey = cv2.resize(large, (COLOUR.width, COLOUR.height), interpolation=cv2.INTER_AREA)
     return np.repeat(grey[..., None], 3, axis=2)
 
 
@@ -155,12 +159,13 @@ def record(
         for index, pose in enumerate(poses(count)):
             normal = -pose[:3, 2]
             truth = sensor.truth(Plane(normal, float(normal @ pose[:3, 3])))
-            frozen, colour = blurred(rng, truth.shape, 3.0, sensor.frozen), draw(pose)
+            frozen, colour = blurred(rng, truth.shape, 3.0, sensor.frozen), drawn(pose.tobytes())
             for number in range(frames + 2):
                 stamp += 0.1
                 moving = number < 2
                 shown = np.roll(colour, 25 * (2 - number), axis=1) if moving else colour
-                noisy = np.clip(shown + rng.normal(0.0, 1.0, shown.shape), 0, 255).astype(np.uint8)
+                noise = rng.standard_normal((*shown.shape[:2], 1), np.float32)
+                noisy = np.clip(shown + 0.6 * noise, 0, 255).astype(np.uint8)
                 picture = paint(noisy, index, number)
                 write("color/image_raw", stamp, image(picture, "rgb8", stamp, "camera_color_optical_frame"))
                 depth = sensor.frame(1.3 * truth if moving else truth, rng, frozen)

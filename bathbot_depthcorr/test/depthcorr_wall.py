@@ -81,10 +81,11 @@ class Sensor:
         raw = raw + self.ripple * np.sin(2 * np.pi * raw + self.phase)
         return focal_baseline / raw
 
-    def frame(self, truth, rng, frozen):
-        """One frame of depth [m], float32, NaN = none."""
+    def frame(self, truth, rng, frozen, clean=None):
+        """One frame of depth [m], float32, NaN = none; `clean` is that of `truth`, if it is known."""
         focal_baseline = self.factory.focal_baseline
-        raw = focal_baseline / self.clean(truth) + frozen + blurred(rng, truth.shape, 2.0, self.temporal)
+        clean = self.clean(truth) if clean is None else clean
+        raw = focal_baseline / clean + frozen + blurred(rng, truth.shape, 2.0, self.temporal)
         raw = np.round(raw * 32) / 32 if self.quantum else raw
         depth = focal_baseline / raw
         depth = np.round(depth / self.quantum) * self.quantum if self.quantum else depth
@@ -101,7 +102,8 @@ class Sensor:
         """A calibration view of a wall; `plane_error` [m] moves the reported plane."""
         truth = self.truth(plane_colour)
         frozen = blurred(rng, truth.shape, 3.0, self.frozen)
-        stack = 1.0 / np.stack([self.frame(truth, rng, frozen) for _ in range(frames)])
+        clean = self.clean(truth)
+        stack = 1.0 / np.stack([self.frame(truth, rng, frozen, clean) for _ in range(frames)])
         spread = float(np.nanmedian(stack.std(axis=0, ddof=1))) if frames > 1 else 0.0
         reported = Plane(plane_colour.normal, plane_colour.offset + rng.normal(0.0, 1.0) * plane_error)
         m = reported.inverse_form

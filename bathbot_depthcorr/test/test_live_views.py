@@ -9,7 +9,7 @@ from bathbot_depthcorr.calibration.live_views import HOLD, LiveViews
 from bathbot_depthcorr.geometry.plane import Plane
 from bathbot_depthcorr.ros.camera_health import CameraHealth
 from bathbot_depthcorr.views.bag_views import read_boards
-from depthcorr_bag import BOARD, COLOUR, draw, poses, record
+from depthcorr_bag import BOARD, COLOUR, drawn, poses, record
 from depthcorr_wall import Sensor, blurred
 from numpy.testing import assert_allclose
 
@@ -31,7 +31,7 @@ class Stream:
     def show(self, pose, pictures=8, paint=lambda colour, number: colour, depth_share=1.0):
         normal = -pose[:3, 2]
         truth = self.sensor.truth(Plane(normal, float(normal @ pose[:3, 3])))
-        frozen, colour = blurred(self.rng, truth.shape, 3.0, 0.05), draw(pose)
+        frozen, colour = blurred(self.rng, truth.shape, 3.0, 0.05), drawn(pose.tobytes())
         for number in range(pictures):
             self.stamp += STEP
             noisy = np.clip(paint(colour, number) + self.rng.normal(0.0, 1.0, colour.shape), 0, 255)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from bathbot_depthcorr.views.sharpness import MOST_EDGE_WIDTH, edge_width
-from depthcorr_bag import BOARD, COLOUR, draw, poses
+from depthcorr_bag import BOARD, COLOUR, drawn, poses
 
 
 @pytest.fixture(scope="module", params=range(4))
@@ -12,7 +12,7 @@ def seen(request):
     """A drawn board and its true corners."""
     pose = list(poses(4))[request.param]
     corners = COLOUR.project(BOARD.corners @ pose[:3, :3].T + pose[:3, 3])
-    return cv2.cvtColor(draw(pose), cv2.COLOR_RGB2GRAY), corners
+    return cv2.cvtColor(drawn(pose.tobytes()), cv2.COLOR_RGB2GRAY), corners
 
 
 @pytest.mark.parametrize("size", [5, 7, 9])
