@@ -2,6 +2,7 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -82,7 +83,10 @@ def imported(file: Path) -> set[str]:
     return names & set(MODULES)
 
 
-IMPORTS = {name: imported(file) for name, file in MODULES.items()}
+@cache
+def imports() -> dict[str, set[str]]:
+    """What every module imports of ours."""
+    return {name: imported(file) for name, file in MODULES.items()}
 
 
 def length(file: Path) -> int:
@@ -130,7 +134,7 @@ def test_what_stands_side_by_side_imports_one_way(folder):
     """Files and folders of one folder, each with all that is in it, import one another without a circle."""
     prefix = ".".join(folder.relative_to(ROOT).parts[1:]) + "."
     graph = defaultdict(set)
-    for module, used in IMPORTS.items():
+    for module, used in imports().items():
         for other in used:
             if module.startswith(prefix) and other.startswith(prefix):
                 mine, theirs = (name.removeprefix(prefix).split(".")[0] for name in (module, other))
@@ -143,7 +147,7 @@ def test_what_stands_side_by_side_imports_one_way(folder):
 
 
 def test_no_circle_of_files():
-    TopologicalSorter({name: used - {name} for name, used in IMPORTS.items()}).prepare()
+    TopologicalSorter({name: used - {name} for name, used in imports().items()}).prepare()
 
 
 def test_the_page_draws_the_folders_as_they_are():

@@ -156,6 +156,7 @@ def record(
         for serial in serials:
             write("health", 0.0, health(serial))
         stamp = 1.0
+        noise = np.repeat(0.6 * rng.standard_normal((COLOUR.height, COLOUR.width, 1), np.float32), 3, axis=2)
         for index, pose in enumerate(poses(count)):
             normal = -pose[:3, 2]
             truth = sensor.truth(Plane(normal, float(normal @ pose[:3, 3])))
@@ -164,8 +165,7 @@ def record(
                 stamp += 0.1
                 moving = number < 2
                 shown = np.roll(colour, 25 * (2 - number), axis=1) if moving else colour
-                noise = rng.standard_normal((*shown.shape[:2], 1), np.float32)
-                noisy = np.clip(shown + 0.6 * noise, 0, 255).astype(np.uint8)
+                noisy = cv2.add(shown, np.roll(noise, 37 * number + index, axis=1), dtype=cv2.CV_8U)
                 picture = paint(noisy, index, number)
                 write("color/image_raw", stamp, image(picture, "rgb8", stamp, "camera_color_optical_frame"))
                 depth = sensor.frame(1.3 * truth if moving else truth, rng, frozen)
