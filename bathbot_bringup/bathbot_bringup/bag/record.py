@@ -8,8 +8,8 @@ from bathbot_bringup.bag.reading import TopicSummary, summarise_bag
 from bathbot_bringup.bag.recorder import refuse_existing
 from bathbot_bringup.files import log_folder
 from bathbot_bringup.graph.installation import config_file
+from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import ProcessGroup, node_environment
-from bathbot_bringup.graph.running import start_node
 
 
 def record_graph(out: Path, profile: str, consent: str, seconds: float) -> list[TopicSummary]:
@@ -32,7 +32,7 @@ def record_graph(out: Path, profile: str, consent: str, seconds: float) -> list[
     parameters = {"bag": out.absolute(), "profile": profile, "consent": consent}
     deadline = time.monotonic() + (seconds or float("inf"))
     with log_folder("record") as logs, ProcessGroup(logs, node_environment(logs)) as group:
-        start_node(group, "recorder", parameters)
+        group.start("recorder", node_command(find_node("recorder"), parameters))
         try:
             while time.monotonic() < deadline:
                 group.check()

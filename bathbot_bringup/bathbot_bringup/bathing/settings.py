@@ -68,8 +68,8 @@ class DemoSettings:
         except OtherCameraError as error:
             mine = f"{self.preset}.npz"
             raise SettingsError(
-                f"calibration {self.calibration.name} is for camera {calibrated.serial or 'unnamed'}, preset "
-                f"{self.preset} simulates {camera.serial}; make its own with `bathbot simulate board "
+                f"calibration {self.calibration.name} does not fit: {error}; preset {self.preset} simulates "
+                f"{camera.serial}; make its own with `bathbot simulate board "
                 f"--preset {self.preset} --out wall && bathbot calibrate depth wall --out {mine}` and add "
                 f"--calibration {mine}"
             ) from error

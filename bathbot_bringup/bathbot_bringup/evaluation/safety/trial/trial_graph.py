@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bathbot_bringup.evaluation.safety.trial.trial_site import TrialSite
 from bathbot_bringup.graph.isolation import Ports, free_ports
-from bathbot_bringup.graph.node_table import Parameters
+from bathbot_bringup.graph.node_table import Parameters, find_node, node_command
 from bathbot_bringup.graph.processes import Patience
 from bathbot_bringup.graph.running import START, RunningGraph, running
 
@@ -44,7 +44,7 @@ class TrialGraph:
         """Start the real planner, unless it runs already."""
         name = "scrub_planner"
         if not any(child.name == name for child in self._graph.group.children):
-            self._graph.start(name)
+            self.start(name, node_command(find_node(name)))  # served like the driver: both are judged
         self._graph.group.wait_until(self.client.is_active, START)
 
     def localizer(self, skin: Array, T_base_target: Array) -> "FakeLocalizer":
