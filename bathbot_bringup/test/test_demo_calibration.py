@@ -12,6 +12,7 @@ from bathbot_bringup.graph.isolation import Ports
 from bathbot_bringup.sim.camera.sim_camera_settings import SimCameraSettings
 from bathbot_depthcorr.calibration_file import load
 from bathbot_depthcorr.files import CalibrationFileError
+from bathbot_depthcorr.models.correction_model import Identity
 
 
 @pytest.fixture
@@ -56,7 +57,14 @@ def test_its_own_calibration_is_taken_and_handed_to_the_corrector(good, tmp_path
 
 
 def test_a_calibration_of_the_wrong_preset_or_none_is_refused(good, tmp_path):
-    with pytest.raises(Exception, match=r"is for camera SIM455-0001-good, .* preset paper simulates"):
+    with pytest.raises(Exception, match="is for camera SIM455-0001-good, preset paper simulates"):
         DemoSettings("Trunk_skin", 0, "calm", tmp_path / "out", calibration=good)
     with pytest.raises(CalibrationFileError, match="no depth calibration at"):
         DemoSettings("Trunk_skin", 0, "calm", tmp_path / "out", calibration=tmp_path / "none.npz")
+
+
+def test_a_calibration_of_another_size_is_told_by_its_size(tmp_path):
+    unit = load(SIM_CALIBRATION).unit
+    Identity(replace(unit, depth_camera=unit.depth_camera.scaled(640, 360))).save(tmp_path / "small.npz")
+    with pytest.raises(Exception, match="does not fit: calibration is for 640x360, camera sends"):
+        DemoSettings("Trunk_skin", 0, "calm", tmp_path / "out", calibration=tmp_path / "small.npz")

@@ -66,9 +66,10 @@ class DemoSettings:
         try:
             calibrated.refuse_other(camera.published_depth, camera.serial)
         except OtherCameraError as error:
-            mine = f"{self.preset}.npz"
+            mine, other = f"{self.preset}.npz", calibrated.serial != camera.serial
+            why = f"is for camera {calibrated.serial or 'unnamed'}" if other else f"does not fit: {error}"
             raise SettingsError(
-                f"calibration {self.calibration.name} does not fit: {error}; preset {self.preset} simulates "
+                f"calibration {self.calibration.name} {why}, preset {self.preset} simulates "
                 f"{camera.serial}; make its own with `bathbot simulate board "
                 f"--preset {self.preset} --out wall && bathbot calibrate depth wall --out {mine}` and add "
                 f"--calibration {mine}"
