@@ -1,8 +1,17 @@
-"""Small notations of the command line, and what is wrong with a bad one."""
+"""Small notations of the command line, what is wrong with a bad one, and options that commands share."""
 
 import re
 
+import typer
+
 from bathbot_bringup.errors import InputError
+
+# Of the simulated camera, for every command that starts one.
+RATE = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz].")
+PRESET = typer.Option("paper", help="Error model of the simulated depth camera: paper, yaw or good.")
+CALIBRATION = typer.Option(
+    None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
+)
 
 
 def seed_list(text: str) -> list[int]:

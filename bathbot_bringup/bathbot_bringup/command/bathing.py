@@ -5,6 +5,8 @@ from pathlib import Path
 
 import typer
 
+from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE
+
 
 def demo(
     region: str = typer.Option("Trunk_skin", help="Region to bathe; trunk, upperlimb, ... will do."),
@@ -14,13 +16,9 @@ def demo(
     ),
     out: Path = typer.Option(None, help="Folder for the results; bathing/<date-time> if left out."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]; the path is cut to it."),
-    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
-    preset: str = typer.Option(
-        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
-    ),
-    calibration: Path = typer.Option(
-        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
-    ),
+    rate: float = RATE,
+    preset: str = PRESET,
+    calibration: Path = CALIBRATION,
 ) -> None:
     """Bathe a simulated person: see, correct, locate, approach, scrub, retract, go home.
 

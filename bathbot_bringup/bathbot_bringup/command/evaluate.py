@@ -4,6 +4,8 @@ from pathlib import Path
 
 import typer
 
+from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE
+
 app = typer.Typer(
     help="Measure, over many pictures or many seeds.", no_args_is_help=False, rich_markup_mode=None
 )
@@ -93,13 +95,9 @@ def demo(
     region: str = typer.Option("Trunk_skin", help="Region to bathe."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]."),
-    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
-    preset: str = typer.Option(
-        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
-    ),
-    calibration: Path = typer.Option(
-        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
-    ),
+    rate: float = RATE,
+    preset: str = PRESET,
+    calibration: Path = CALIBRATION,
 ) -> None:
     """Run the demo once per seed and print mean, spread and extremes of its numbers.
 
@@ -130,13 +128,9 @@ def localization(
     region: str = typer.Option("Trunk_skin", help="Region to locate."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     targets: int = typer.Option(20, min=1, help="Contact targets per seed."),
-    rate: float = typer.Option(5.0, help="Pictures per second of the simulated camera [Hz]."),
-    preset: str = typer.Option(
-        "paper", help="Error model of the simulated depth camera: paper, yaw or good."
-    ),
-    calibration: Path = typer.Option(
-        None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
-    ),
+    rate: float = RATE,
+    preset: str = PRESET,
+    calibration: Path = CALIBRATION,
 ) -> None:
     """Compare contact targets with the simulated truth, seed by seed, without moving the arm.
 

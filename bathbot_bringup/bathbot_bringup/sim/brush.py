@@ -28,20 +28,16 @@ _BACK = 0.06  # [m] behind the tip where rays begin, so that they begin outside 
 _SLIP_SPEED = 0.005  # [m/s] at which friction is nearly full
 
 
-class SkinHit(NamedTuple):
-    """Where rays meet the skin."""
-
-    distances: Array  # [m], shape (N,), inf where nothing is hit
-    normals: Array  # outward unit normals, shape (N, 3)
-    part: str  # class name under the first ray, empty when it hits nothing
-
-
 class SkinSurface(Protocol):
     """Anything the brush can touch."""
 
     def distance(self, origins: Array, directions: Array, t: float) -> tuple[Array, Array, str]:
-        """Meet rays, origins [m] and unit directions (N, 3) in base_link, with the body at time t [s]."""
-        ...
+        """Meet rays, origins [m] and unit directions (N, 3) in base_link, with the body at time t [s].
+
+        Returns:
+            Distances [m], shape (N,), inf where nothing is hit; outward unit normals, shape (N, 3); name of
+            the class under the first ray, empty when it hits nothing.
+        """
 
 
 class Contact(NamedTuple):
