@@ -31,9 +31,7 @@ class Closable(Protocol):
 Held = TypeVar("Held", bound=Closable)
 
 
-def guarded(
-    callback: Callable[[Any], None], fail: Callable[[Exception], None]
-) -> Callable[[Any], None]:
+def guarded(callback: Callable[[Any], None], fail: Callable[[Exception], None]) -> Callable[[Any], None]:
     """A callback whose refusal of a message is handed to `fail`."""
 
     def call(message: Any) -> None:
