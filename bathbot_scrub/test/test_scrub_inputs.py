@@ -64,6 +64,16 @@ def test_a_body_counts_for_as_long_as_the_setting_says():
     assert len(seen.body(NOW)) == 0
     seen.see_body(Sighting(NOW, lambda: SKIN))
     assert seen.knows_body
-    assert seen.body(NOW + 0.9 * oldest) is SKIN
+    assert (seen.body(NOW + 0.9 * oldest) == SKIN.reshape(-1, 3)).all()
     with pytest.raises(NotReadyError, match="the body was last seen"):
         seen.body(NOW + 1.1 * oldest)
+
+
+@pytest.mark.parametrize(
+    "nothing", [np.empty((1, 0, 3)), np.full((1, 5, 3), np.nan)], ids=["empty", "not numbers"]
+)
+def test_a_body_cloud_without_points_is_unknown_not_nobody(nothing):
+    seen = inputs()
+    seen.see_body(Sighting(NOW, lambda: nothing))
+    with pytest.raises(NotReadyError, match="the body cloud is empty"):
+        seen.body(NOW)

@@ -205,6 +205,40 @@ def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():
     assert_allclose(planner.to_home(way.joints[-1], way).joints[-1], HOME, atol=1e-9)
 
 
+@pytest.mark.parametrize("nothing", [np.empty((0, 3)), np.full((7, 3), np.nan)], ids=["empty", "not numbers"])
+def test_an_empty_cloud_is_unknown_not_free(nothing):
+    """The lens is covered: no way to the person, and all other ways keep off where the body was seen last."""
+    clock = Clock()
+    around, planner = cell(wall_of_skin(TARGET), clock)
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    around.see(nothing, clock.now)
+    with pytest.raises(NotReadyError, match="the body cloud is empty"):
+        planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    for later in (0.0, 600.0):
+        clock.now += later
+        with pytest.raises(CollisionError, match="the body at"):
+            around.check(line.joints, (), 0.015)
+    around.see(wall_of_skin(TARGET), clock.now)
+    planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+
+
+def test_a_first_cloud_that_is_empty_is_unknown_too():
+    around, planner = cell(np.empty((0, 3)))
+    with pytest.raises(NotReadyError, match="nobody knows where the person is"):
+        planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)
+    assert "empty" in around.status()
+
+
+def test_a_body_of_long_ago_stays_where_it_was():
+    """Silence is not absence: a way home keeps off the last points, however old."""
+    clock = Clock()
+    around, planner = cell(wall_of_skin(TARGET), clock)
+    line = planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)[1]
+    clock.now += 3600.0
+    with pytest.raises(CollisionError, match="the body at"):
+        around.check(line.joints, (), 0.015)
+
+
 def test_without_a_body_the_arm_moves_and_says_so():
     around, planner = cell()
     planner.to_touch(HOME, TARGET, 0.06, 0.012, 0.03)

@@ -65,10 +65,10 @@ class ScrubInputs:
         )
 
     def body(self, now: float) -> ArrayLike:
-        """Points that links must keep off at time `now` [s], shape (..., 3) [m]; none where none were told.
+        """Points that links must keep off at time `now` [s], shape (N, 3) [m]; none where no cloud ever came.
 
         Raises:
-            NotReadyError: They were seen too long ago.
+            NotReadyError: They were seen too long ago, or there are none in the newest cloud.
         """
         if self._body is None:
             return ()
@@ -76,6 +76,13 @@ class ScrubInputs:
         if age > self._body_max_age:
             raise NotReadyError(
                 f"the body was last seen {age:.1f} s ago, allowed are {self._body_max_age} s "
-                "(body_max_age); is target_localizer up?"
+                "(body_max_age); is target_localizer up, and the camera's lens free?"
             )
-        return self._body.decode()
+        points = np.reshape(self._body.decode(), (-1, 3))
+        points = points[np.isfinite(points).all(axis=1)]
+        if not len(points):
+            raise NotReadyError(
+                "the body cloud is empty: the camera sees nothing within the arm's reach, so nobody knows "
+                "where the person is; is its lens free?"
+            )
+        return points

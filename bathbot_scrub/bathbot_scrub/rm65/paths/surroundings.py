@@ -28,7 +28,7 @@ class Body(NamedTuple):
     """Points on the body, or on anything else the camera saw."""
 
     points: Array  # (M, 3) base frame [m]
-    stamp: float  # of the picture, time.monotonic() [s]
+    stamp: float  # when all of them were known to be there, time.monotonic() [s]
 
 
 class Surroundings:
@@ -55,32 +55,47 @@ class Surroundings:
         self._own = min(-_OVERLAP, folded - _CLOSER)
         self._clearance = BodyClearance(arm)
         self._body: Body | None = None
+        self._blind = False  # the newest cloud was empty: nobody knows where the body is
 
     def see(self, points: ArrayLike, stamp: float) -> None:
-        """Take in what the camera sees: points, shape (M, 3), base frame [m], of a picture at `stamp` [s]."""
-        self._body = Body(np.ascontiguousarray(points, dtype=float), stamp)
+        """Take in what the camera sees: points, shape (M, 3), base frame [m], known there at `stamp` [s].
+
+        A cloud without points does not tell that nobody is there: the last one that had any goes on to count.
+        """
+        points = np.ascontiguousarray(points, dtype=float).reshape(-1, 3)
+        points = points[np.isfinite(points).all(axis=1)]
+        self._blind = not len(points)
+        if not self._blind:
+            self._body = Body(points, stamp)
 
     def trust(self) -> None:
-        """Refuse to go near a person whose picture has become too old; where none ever came, all is as told.
+        """Refuse to go near a person who is not seen, or not any more; where no cloud came, all is as told.
 
         Raises:
-            NotReadyError: With the age.
+            NotReadyError: With the reason.
         """
+        if self._blind:
+            raise NotReadyError(
+                "the body cloud is empty: the camera sees nothing within the arm's reach, so nobody knows "
+                "where the person is; is its lens free?"
+            )
         body = self._body
         if body is not None and (age := self._clock() - body.stamp) > self._max_age:
             raise NotReadyError(
-                f"the body was last seen {age:.1f} s ago, more than {self._max_age} s; is its node up?"
+                f"the body was last seen {age:.1f} s ago, too old for a way to the person: the most is "
+                f"{self._max_age} s; is target_localizer up, and the camera's lens free?"
             )
 
     def status(self) -> str:
         """What paths are checked against, for a person."""
         body = self._body
-        if body is None:
+        if body is None and not self._blind:
             return "no body cloud: paths are checked against the arm itself and walls only"
-        age = self._clock() - body.stamp
-        if age > self._max_age:
-            return f"body cloud of {age:.1f} s ago is too old, most is {self._max_age} s: not used"
-        return f"{len(body.points)} points, {age:.1f} s old"
+        try:
+            self.trust()
+        except NotReadyError as error:
+            return str(error)
+        return f"{len(body.points)} points, {self._clock() - body.stamp:.1f} s old"
 
     def check(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> None:
         """Refuse a joint path, shape (N, 6) [rad], closely spaced, on which something would be met.
@@ -99,7 +114,7 @@ class Surroundings:
         """The same with regard to the body alone; never waits for another thread. Gives where the arm was."""
         path = self._clearance.swept(np.asarray(joints, dtype=float))
         body = self._body
-        if body is not None and self._clock() - body.stamp <= self._max_age:
+        if body is not None:  # of whatever age: where somebody was seen last is the best guess
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
         return path
 
