@@ -34,6 +34,7 @@ SHORT = {
     "bathbot_scrub/rm65/arm/capsules.py": "table of the arm's capsules",
     "bathbot_scrub/rm65/arm/limits.py": "table of the arm's limits, and its home",
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",
+    "bathbot_scrub/rm65/timing/clock.py": "time, which all of the driver shares",
     "bathbot_scrub/rm65/timing/priority.py": "what may be asked of the scheduler; three share it",
     "bathbot_bringup/sim/faults/lasting_fault.py": "the type that schedule and places share",
     "bathbot_bringup/bench/machine.py": "what a time was measured on; four share it",

@@ -21,9 +21,9 @@ def cell():
 def test_an_arm_that_lags_counts_as_standing_where_it_was_told_to_and_later_where_it_is(cell):
     loop = cell.driver.loop
     cell.driver.moves.to_joints(loop.standing() + 0.05, 1.0)
-    until(lambda: np.abs(cell.driver.link.sense().joints - cell.emulator.truth().joints).max() < 1e-4)
+    until(lambda: np.abs(cell.driver.link.sample.joints - cell.emulator.truth().joints).max() < 1e-4)
     with loop.lock:  # nothing is sent meanwhile
-        told, measured = loop.motion.command, cell.driver.link.sense().joints
+        told, measured = loop.motion.command, cell.driver.link.sample.joints
         loop.motion.command = measured + 0.05
         loop._rest = 0.0  # set here, for nobody else can make an arm lag and stand still at once
         just_come = loop.where()

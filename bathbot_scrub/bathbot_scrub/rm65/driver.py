@@ -4,7 +4,6 @@ Calls that move plan first, in the caller's thread, and then hand a finished pat
 """
 
 import math
-import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -28,6 +27,7 @@ from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
@@ -61,8 +61,9 @@ class ArmDriver:
         arm: DrivenArm,
         link: ArmLink,
         warn: Callable[[str], None] = lambda _: None,
+        clock: Clock = MONOTONIC,
     ) -> None:
-        """Start to connect and to guard.
+        """Prepare; `start` begins.
 
         Args:
             settings: Parameters.
@@ -70,19 +71,24 @@ class ArmDriver:
             arm: Kinematics, limits and shape.
             link: To the arm's controller; it is the driver's from now on.
             warn: Takes one line for the log.
+            clock: Of everything here.
         """
         self.settings, self.limits, self.arm, self.link = settings, limits, arm, link
+        self._clock = clock
         pace = Pace(settings.joint_speed, settings.joint_acceleration, 10.0 * settings.joint_acceleration)
-        self.surroundings = Surroundings(self.arm, settings)
+        self.surroundings = Surroundings(self.arm, settings, clock)
         home = np.radians(settings.home_deg)
         self.planner = MotionPlanner(
             self.arm, home, pace, settings.joint_share, surroundings=self.surroundings
         )
         guard = ForceGuard(self.limits, settings.home_needs_consent)
-        self.loop = ControlLoop(self.link, self.planner, guard, settings, warn)
+        self.loop = ControlLoop(self.link, self.planner, guard, settings, warn, clock)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self.moves = ProgramMoves(self.loop, self.planner, self.limits)
         self._scrub = ScrubMotion(self.loop, self.planner, self.limits, settings)
+
+    def start(self) -> None:
+        """Connect and guard, in threads of their own."""
         self.loop.thread.start()
         self.link.start(self.loop.connection_lost, self.loop.thread.wake)
 
@@ -134,7 +140,7 @@ class ArmDriver:
         with self.loop.lock:
             self.loop.guard.stop("stopped")
             self.loop.motion.brake()
-            self.moves.give_up(time.monotonic())
+            self.moves.give_up(self._clock())
             self.loop.lock.notify_all()
 
     def pause(self) -> None:
@@ -158,9 +164,9 @@ class ArmDriver:
         loop, sample = self.loop, self.link.sample
         if sample is not None and (sample.errors or any(sample.joint_errors)):
             self.link.clear_errors()
-            deadline = time.monotonic() + _CLEARED
-            while self.link.sample is sample and time.monotonic() < deadline:
-                time.sleep(0.005)
+            deadline = self._clock() + _CLEARED
+            while self.link.sample is sample and self._clock() < deadline:
+                self._clock.sleep(0.005)
         with loop.lock:
             if loop.guard.state is State.FAULT and not loop.guard.moving:
                 loop.forget()
@@ -191,7 +197,7 @@ class ArmDriver:
             state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.region.retract
             if state is State.CONTACT and progress.at_end:
                 reason = "path done" if progress.done else self._scrub.refusal or "waits for segments"
-        reading = self.link.sense().reading
+        reading = self.link.sense(self._clock()).reading
         connected = self.link.connected and reading.age <= self.settings.stale_after
         if not (reason or connected):
             reason = self.link.trouble or "no state from the controller"
@@ -226,4 +232,6 @@ def rm65_driver(settings: DriverSettings, warn: Callable[[str], None] = lambda _
         ArmError: On a bad limits file or a UDP port that is taken.
     """
     limits = load_force_limits(settings.force_limits)
-    return ArmDriver(settings, limits, RM65(settings.variant), ControllerLink(settings, warn), warn)
+    driver = ArmDriver(settings, limits, RM65(settings.variant), ControllerLink(settings, warn), warn)
+    driver.start()
+    return driver

@@ -22,6 +22,7 @@ from bathbot_scrub.rm65.controller.protocol import (
     quaternion_from_wire,
     wrench_from_wire,
 )
+from bathbot_scrub.rm65.timing.clock import MONOTONIC
 from bathbot_scrub.rm65.timing.priority import raise_priority
 
 Array = NDArray[np.float64]
@@ -116,6 +117,7 @@ class StateReceiver:
         on_sample: Callable[[ArmSample], None],
         on_refusal: Callable[[], None] = lambda: None,
         source: str = "",
+        clock: Callable[[], float] = MONOTONIC,
     ) -> None:
         """Open the port (0: any free one) and start to listen.
 
@@ -124,6 +126,7 @@ class StateReceiver:
             on_sample: Called in the receiving thread with every good sample.
             on_refusal: Called there for every datagram of the controller that is none.
             source: Address of the controller; datagrams of others are refused. Empty: take all.
+            clock: Stamps the samples [s].
 
         Raises:
             ArmConnectionError: When the port cannot be opened.
@@ -143,13 +146,13 @@ class StateReceiver:
         self.last_error = ""
         self.latest: ArmSample | None = None
         self._on_sample, self._on_refusal, self.source = on_sample, on_refusal, source
-        self._open = True
+        self._clock, self._open = clock, True
         self._thread = threading.Thread(target=self._receive, name="rm65-push", daemon=True)
         self._thread.start()
 
     def age(self) -> float:
         """Time since the newest sample [s]; infinite before the first."""
-        return math.inf if self.latest is None else time.monotonic() - self.latest.stamp
+        return math.inf if self.latest is None else self._clock() - self.latest.stamp
 
     def close(self) -> None:
         """Stop listening."""
@@ -173,7 +176,7 @@ class StateReceiver:
                 self.last_error = f"datagram from {sender}, not from the controller {self.source}"
                 continue
             try:
-                sample = parse_sample(raw, time.monotonic())
+                sample = parse_sample(raw, self._clock())
             except ProtocolError as error:
                 self.rejected += 1
                 self.last_error = str(error)

@@ -1,7 +1,6 @@
 """Zeroing the force sensor: at rest, untouched, and not so often that a touch could hide in it."""
 
 import math
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
+from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 
 _ON_ITS_WAY = 0.03  # [s] for samples that are older than the controller's reply
 _SETTLE = 0.15  # [s] for the filter after zeroing
@@ -19,7 +19,11 @@ class Zeroing:
     """Zeroes one sensor; one call at a time."""
 
     def __init__(
-        self, clear: Callable[[], None], newest: Callable[[], HeadWrench | None], restart: Callable[[], None]
+        self,
+        clear: Callable[[], None],
+        newest: Callable[[], HeadWrench | None],
+        restart: Callable[[], None],
+        clock: Clock = MONOTONIC,
     ) -> None:
         """Prepare.
 
@@ -27,8 +31,9 @@ class Zeroing:
             clear: Has the controller zero its sensor; raises ArmError when it does not.
             newest: Gives the newest force; None before the first.
             restart: Lets the filter begin anew.
+            clock: By which it waits.
         """
-        self._clear, self._newest, self._restart = clear, newest, restart
+        self._clear, self._newest, self._restart, self._clock = clear, newest, restart, clock
         self._known = False  # zeroed before: a steady force since then is a touch, or drift
         self._in_question = False  # it was refused for that
 
@@ -42,9 +47,9 @@ class Zeroing:
         """
         self._check_untouched(limits)
         self._clear()
-        time.sleep(_ON_ITS_WAY)
+        self._clock.sleep(_ON_ITS_WAY)
         self._restart()
-        time.sleep(_SETTLE)
+        self._clock.sleep(_SETTLE)
         newest = self._newest()
         residual = math.inf if newest is None else newest.force
         limits.check_zeroed(residual)
@@ -59,11 +64,11 @@ class Zeroing:
 
     def _check_untouched(self, limits: ForceLimits) -> None:
         """Refuse to zero a force that changes, or that was zeroed before and is too high now."""
-        felt, until = [], time.monotonic() + _WATCHED
-        while time.monotonic() < until:
+        felt, until = [], self._clock() + _WATCHED
+        while self._clock() < until:
             newest = self._newest()
             felt.append(np.zeros(3) if newest is None else newest.filtered[:3])
-            time.sleep(_WATCHED / 10.0)
+            self._clock.sleep(_WATCHED / 10.0)
         change = float(np.ptp(felt, axis=0).max())
         if not change <= limits.zero_residual:
             raise NotReadyError(

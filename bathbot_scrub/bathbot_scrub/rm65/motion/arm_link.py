@@ -34,16 +34,20 @@ class ArmLink(Protocol):
     """Samples and forces from a controller, joint commands to it; all of it from any thread.
 
     Attributes:
-        sample: Newest state of the arm; None before the first.
-        wrench: Newest filtered force; None before the first.
         zeroing: Zeroes the force sensor.
         trouble: Why it is not connected, or does not work as it should; empty when all is well.
     """
 
-    sample: ArmSample | None
-    wrench: HeadWrench | None
     zeroing: Zeroing
     trouble: str
+
+    @property
+    def sample(self) -> ArmSample | None:
+        """Newest state of the arm; None before the first."""
+
+    @property
+    def wrench(self) -> HeadWrench | None:
+        """Newest filtered force; None before the first."""
 
     def start(self, lost: Callable[[], None], news: Callable[[], None]) -> None:
         """Begin to connect; `lost` is called when the connection is lost, `news` at every sample."""
@@ -52,11 +56,11 @@ class ArmLink(Protocol):
     def connected(self) -> bool:
         """Whether the controller is set up and hears us."""
 
-    def sense(self) -> Sensed:
-        """What was measured last; NaN and an infinite age before the first sample."""
+    def sense(self, now: float) -> Sensed:
+        """What was measured last, as it is at `now` [s]; NaN and an infinite age before the first sample."""
 
     def signals(self, now: float, activity: Activity) -> Signals:
-        """What the watchdogs judge, at `now` [s] of time.monotonic()."""
+        """What the watchdogs judge, at `now` [s]."""
 
     def stream(self, joints: Array) -> None:
         """Command joints [rad], shape (J,), one period after the last; does not wait."""

@@ -6,8 +6,6 @@ planned beforehand. Other threads start motions and read the state under one loc
 """
 
 import math
-import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -33,6 +31,7 @@ from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import Retract, RetractPath
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.rm65.timing.beat import Beat, SteadyThread, Stopwatch
+from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 from bathbot_scrub.rm65.timing.stream_statistics import CommandLog
 
 Array = NDArray[np.float64]
@@ -53,6 +52,7 @@ class ControlLoop:
         guard: ForceGuard,
         settings: DriverSettings,
         warn: Callable[[str], None],
+        clock: Clock = MONOTONIC,
     ) -> None:
         """Prepare; `thread.start` begins.
 
@@ -62,17 +62,20 @@ class ControlLoop:
             guard: Only used under `lock`.
             settings: Period, deadlines, and how to leave.
             warn: Takes one line for the log.
+            clock: Of everything here.
         """
+        self._clock = clock
         self._period, self._stale_after = 1.0 / settings.rate, settings.stale_after
         self.guard, self.log = guard, CommandLog(self._period)
-        self.lock = threading.Condition(threading.RLock())
+        self.lock = clock.condition()
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
-        self._retract_path = RetractPath(planner, Retract(settings.retract_distance, settings.retract_speed))
+        retract = Retract(settings.retract_distance, settings.retract_speed)
+        self._retract_path = RetractPath(planner, retract, clock)
         self.motion = CommandedMotion(self._retract_path, self._period, planner.limits)
-        self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch()
-        self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed)
+        self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch(clock)
+        self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed, clock)
 
     def resume(self) -> None:
         """Let a motion go on that stands; the caller holds the lock."""
@@ -95,11 +98,11 @@ class ControlLoop:
         """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
         still = self._rest if self.motion.runner is None else math.inf
         rest = 0.0 if self.guard.moving else still
-        return standing_joints(self.motion.command, self._link.sense().joints, rest)
+        return standing_joints(self.motion.command, self._link.sense(self._clock()).joints, rest)
 
     def alarm(self) -> Alarm:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
-        now = time.monotonic()
+        now = self._clock()
         activity = self._idle_contact.judge(self.guard, self.path_open, now)
         self.alarms = self._watchdogs.judge(self._link.signals(now, activity), now)
         return gravest(self.alarms)
@@ -130,7 +133,7 @@ class ControlLoop:
     def forget(self) -> None:
         """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
-        self._link.told(None, time.monotonic())
+        self._link.told(None, self._clock())
         self.guard.rest()
         self.log.pause()
         self.lock.notify_all()
@@ -172,7 +175,7 @@ class ControlLoop:
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the path off the skin."""
         self._link.stream(joints)
-        self.log.sent(time.monotonic())
+        self.log.sent(self._clock())
         if self.guard.touching and self.motion.kind is not MotionKind.LEAVE:
             self._retract_path.prepare(joints)
 
@@ -186,7 +189,7 @@ class ControlLoop:
             self.lock.notify_all()
 
     def _judge(self, beat: Beat) -> None:
-        sensed, alarm = self._link.sense(), self.alarm()
+        sensed, alarm = self._link.sense(self._clock()), self.alarm()
         followed = self.motion.kind is MotionKind.LEAVE or not self.guard.engaged
         action = self.guard.check(sensed.reading, alarm)
         if action is Action.RETRACT:
@@ -229,7 +232,7 @@ class ControlLoop:
             self.forget()
             return None
         joints = motion.step()
-        self._link.told(joints, time.monotonic())
+        self._link.told(joints, self._clock())
         if motion.runner is not None and motion.at_rest:
             self._at_rest(motion.runner)
         return joints

@@ -4,9 +4,7 @@ Runs in the background for as long as the driver lives; a wrong address or a los
 once per reason and tried again.
 """
 
-import math
 import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -15,44 +13,40 @@ from numpy.typing import NDArray
 from bathbot_scrub.arm.errors import ArmConnectionError, ArmError, RefusedError
 from bathbot_scrub.rm65.controller.client import ArmClient, Connection
 from bathbot_scrub.rm65.controller.state_push import ArmSample, StateReceiver
-from bathbot_scrub.rm65.force.tool_weight import ToolWeight
-from bathbot_scrub.rm65.force.wrench_filter import HeadWrench, WrenchFilter
+from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
 from bathbot_scrub.rm65.force.zeroing import Zeroing
-from bathbot_scrub.rm65.guard.force_checks import Reading
-from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, SignalHealth, Signals
+from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signals
 from bathbot_scrub.rm65.motion.arm_link import LinkCounts, Sensed
+from bathbot_scrub.rm65.motion.arm_senses import ArmSenses
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 
 Array = NDArray[np.float64]
 _RETRY = 1.0  # [s] between attempts to order the push
 _SILENCE = 2.0  # [s] without push after which it is ordered again
 _ASK = 0.03  # [s] between questions that show that the controller still listens
-_NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
 
 
 class ControllerLink:
     """The `ArmLink` of an RM65: TCP client and UDP receiver, set up as the driver needs them."""
 
-    def __init__(self, settings: DriverSettings, warn: Callable[[str], None]) -> None:
+    def __init__(
+        self, settings: DriverSettings, warn: Callable[[str], None], clock: Clock = MONOTONIC
+    ) -> None:
         """Listen to the push; `start` begins to connect.
 
         Args:
             settings: Addresses, variant, filter and tool.
             warn: Takes one line for the log, at every new reason.
+            clock: Stamps samples and questions.
 
         Raises:
             ArmConnectionError: When our UDP port is taken.
         """
-        self._variant, self._warn = settings.variant, warn
+        self._variant, self._warn, self._clock = settings.variant, warn, clock
         self._lost: Callable[[], None] = lambda: None
         self._news: Callable[[], None] = lambda: None
-        self._filter = WrenchFilter(settings.force_cutoff)
-        self._filter_lock = threading.Lock()
-        self._tool = ToolWeight(settings.tool_mass, np.array(settings.tool_centre))
-        self._pull_at_zero = np.zeros(6)  # of the tool [N, Nm], in the posture of the last zeroing
-        self.health = SignalHealth(settings.following_tolerance, 1.0 / settings.rate)
-        self.wrench: HeadWrench | None = None
-        self.sample: ArmSample | None = None
+        self._senses = ArmSenses(settings)
         self.trouble = "not yet connected"
         self._told: set[str] = set()  # since it last worked
         self._ready, self._powered = False, True
@@ -61,11 +55,14 @@ class ControllerLink:
         self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
-        self.receiver = StateReceiver(settings.udp_port, self._take, self.health.refuse)
+        self.receiver = StateReceiver(settings.udp_port, self._take, self._senses.refuse, clock=clock)
         self.client = ArmClient(settings.host, settings.port, self._connection)
         clear = {"command": "clear_force_data"}
         self.zeroing = Zeroing(
-            lambda: self.client.demand(clear, "clear_state"), lambda: self.wrench, self._begin_anew
+            lambda: self.client.demand(clear, "clear_state"),
+            lambda: self.wrench,
+            self._senses.begin_anew,
+            clock,
         )
         self._thread = threading.Thread(target=self._keep, name="rm65-link", daemon=True)
 
@@ -80,21 +77,27 @@ class ControllerLink:
         """Whether the controller is set up and its TCP connection stands."""
         return self._ready and self.client.connection.connected
 
-    def sense(self) -> Sensed:
-        """What was measured last; NaN and an infinite age before the first sample."""
-        wrench, sample = self.wrench, self.sample
-        if wrench is None or sample is None:
-            return Sensed(_NOTHING, np.full(6, np.nan))
-        age = time.monotonic() - wrench.stamp
-        reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.rise, age)
-        return Sensed(reading, sample.joints)
+    @property
+    def sample(self) -> ArmSample | None:
+        """Newest state of the arm; None before the first."""
+        return self._senses.sample
+
+    @property
+    def wrench(self) -> HeadWrench | None:
+        """Newest filtered force; None before the first."""
+        return self._senses.wrench
+
+    def sense(self, now: float) -> Sensed:
+        """What was measured last, as it is at `now` [s]; NaN and an infinite age before the first sample."""
+        return self._senses.sense(now)
 
     def signals(self, now: float, activity: Activity) -> Signals:
-        """What the watchdogs judge, at `now` [s] of time.monotonic()."""
+        """What the watchdogs judge, at `now` [s]."""
         asked = self._asked
         waited = max(now - asked, 0.0) if asked is not None else 0.0
         reason = self.trouble or self.client.connection.reason
-        return self.health.signals(now, Connected(self.connected, reason, waited, self._powered), activity)
+        tcp = Connected(self.connected, reason, waited, self._powered)
+        return self._senses.signals(now, tcp, activity)
 
     def stream(self, joints: Array) -> None:
         """Command joints [rad], shape (6,), one period after the last."""
@@ -102,7 +105,7 @@ class ControllerLink:
 
     def told(self, joints: Array | None, now: float) -> None:
         """Know what is commanded at `now` [s]; None: nothing."""
-        self.health.command(joints, now)
+        self._senses.told(joints, now)
 
     def stop_behind(self) -> None:
         """Have the arm stopped behind all commands that still wait."""
@@ -125,13 +128,6 @@ class ControllerLink:
                 {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
             )
 
-    def _begin_anew(self) -> None:
-        """The sensor reads zero now, with the tool in this posture."""
-        sample = self.sample
-        with self._filter_lock:
-            self._filter.reset()
-            self._pull_at_zero = np.zeros(6) if sample is None else self._pull(sample)
-
     def close(self) -> None:
         """End everything."""
         self._open = False
@@ -141,15 +137,8 @@ class ControllerLink:
         self.receiver.close()
 
     def _take(self, sample: ArmSample) -> None:
-        with self._filter_lock:
-            external = sample.wrench - (self._pull(sample) - self._pull_at_zero)
-            self.wrench = self._filter.update(sample.stamp, external)
-        self.sample = sample
-        self.health.sample(sample)
+        self._senses.take(sample)
         self._news()
-
-    def _pull(self, sample: ArmSample) -> Array:
-        return self._tool.pull(sample.T_base_flange[:3, :3])
 
     def _connection(self, connection: Connection) -> None:
         if not connection.connected:
@@ -171,7 +160,7 @@ class ControllerLink:
             self._wake.clear()
             if not (self._open and self.client.connection.connected):
                 continue
-            silent = self._ready and min(self.receiver.age(), time.monotonic() - self._set_up_at) > _SILENCE
+            silent = self._ready and min(self.receiver.age(), self._clock() - self._set_up_at) > _SILENCE
             if silent:
                 self._complain(
                     f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
@@ -189,7 +178,7 @@ class ControllerLink:
 
     def _ask(self) -> None:
         """Ask something cheap, to know that the controller still listens."""
-        self._asked = time.monotonic()
+        self._asked = self._clock()
         answer = self.client.request({"command": "get_arm_power_state"})
         self._asked, self._powered = None, answer.get("power_state", 1) in (1, True)
         bad = self.client.last_error or self.receiver.last_error
@@ -220,7 +209,7 @@ class ControllerLink:
             },
             "state",
         )
-        self._ready, self._set_up_at = True, time.monotonic()
+        self._ready, self._set_up_at = True, self._clock()
 
 
 def _variant_of(product: str) -> str:

@@ -6,7 +6,6 @@ line that is ready, shifted to where it is. It ends before anything the camera s
 a hand - but takes the head off the skin in any case.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
@@ -18,6 +17,7 @@ from bathbot_scrub.arm.errors import CollisionError, UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
+from bathbot_scrub.rm65.timing.clock import MONOTONIC
 
 Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
@@ -47,7 +47,7 @@ class RetractPath:
     """Keeps one line ready."""
 
     def __init__(
-        self, planner: MotionPlanner, retract: Retract, clock: Callable[[], float] = time.monotonic
+        self, planner: MotionPlanner, retract: Retract, clock: Callable[[], float] = MONOTONIC
     ) -> None:
         """Plan with `planner`, as `retract` says; `clock` gives the time now [s]."""
         self._planner, self._retract, self._clock = planner, retract, clock

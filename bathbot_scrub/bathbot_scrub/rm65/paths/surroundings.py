@@ -5,7 +5,6 @@ never refused: leaving must always be possible. Who stands nearer than allowed m
 """
 
 import threading
-import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from bathbot_scrub.arm.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.arm.walls import walls_from
 from bathbot_scrub.rm65.paths.self_collision import ArmModel
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.timing.clock import MONOTONIC
 
 Array = NDArray[np.float64]
 _OVERLAP = 0.010  # [m] by which capsules of the arm may overlap: each is drawn some 5 mm wide
@@ -38,7 +38,7 @@ class Surroundings:
         self,
         arm: DrivenArm,
         settings: DriverSettings,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float] = MONOTONIC,
     ) -> None:
         """Know the arm and the walls; the body comes with `see`.
 
