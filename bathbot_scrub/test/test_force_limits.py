@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
+from bathbot_scrub.arm.collision_table import parts_of, quasi_static
 from bathbot_scrub.arm.errors import ArmSettingsError
 from bathbot_scrub.arm.force_limits import default_file, load_force_limits, shipped_force_limits
 from bathbot_scrub.rm65.force.wrench_filter import WrenchFilter, at_tip
@@ -71,6 +72,60 @@ def test_a_bad_file_is_one_line_with_its_name(tmp_path, change, told):
         load_force_limits(file)
     assert "limits.yaml" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def region(content, name="Trunk_skin", **changes):
+    """A file's content with another entry for a region."""
+    entry = content["regions"]["Trunk_skin"] | changes
+    return content | {"regions": content["regions"] | {name: entry}}
+
+
+BEYOND = {  # a bound passed, in a file that is in order else
+    "threshold of 100 N": (
+        lambda c: region(c, retract=100.0, hard_stop=120.0, collision=1000.0), r"Trunk_skin\.collision .* 110"
+    ),
+    "collision": (lambda c: region(c, collision=110.5), r"Trunk_skin\.collision .* 110, got 110\.5"),
+    "hard_stop": (lambda c: region(c, hard_stop=25.5), r"Trunk_skin\.hard_stop .* 25, got 25\.5"),
+    "hard_stop of a face": (
+        lambda c: region(c, "Face_skin", retract=9.0, hard_stop=11.5, collision=65.0),
+        r"Face_skin\.hard_stop .* 11",
+    ),
+    "collision of a class nobody knows": (lambda c: region(c, "Knee_skin"), r"Knee_skin\.collision .* 65"),
+    "hard_stop of a class nobody knows": (
+        lambda c: region(c, "Knee_skin", collision=65.0), r"Knee_skin\.hard_stop .* 11"
+    ),
+    "axis": (lambda c: region(c, axis=[6.0, 15.5, 10.0]), r"Trunk_skin\.axis .* 15"),
+    "torque": (lambda c: region(c, torque=0.4), r"Trunk_skin\.torque .* 0\.375"),
+    "contact": (lambda c: c | {"contact": 2.1}, "contact .* 2, got"),
+    "zero_residual": (lambda c: c | {"contact": 1.9, "zero_residual": 1.1}, "zero_residual .* 1, got"),
+    "transit": (lambda c: c | {"transit": 6.1}, "transit .* 6, got"),
+    "surge": (lambda c: c | {"surge": 61.0}, "surge .* 60, got"),
+    "give": (lambda c: c | {"give": 6.1}, "give .* 6, got"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("beyond", BEYOND)
+def test_no_file_passes_what_skin_bears(tmp_path, beyond):
+    change, told = BEYOND[beyond]
+    file = tmp_path / "limits.yaml"
+    file.write_text(yaml.safe_dump(change(yaml.safe_load(default_file().read_text()))))
+    with pytest.raises(ArmSettingsError, match=told) as caught:
+        load_force_limits(file)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_class_nobody_knows_may_be_touched_as_gently_as_a_face(tmp_path):
+    content = yaml.safe_load(default_file().read_text())
+    content["regions"]["Knee_skin"] = content["regions"]["Face_skin"]
+    file = tmp_path / "limits.yaml"
+    file.write_text(yaml.safe_dump(content))
+    assert load_force_limits(file).region("Knee_skin").hard_stop == 8.0
+
+
+def test_the_shipped_file_names_the_collision_table():
+    for name, entry in shipped_force_limits().regions.items():
+        assert entry.collision == quasi_static(name) == min(part.quasi_static for part in parts_of(name))
+    assert quasi_static("Knee_skin") == quasi_static("Face_skin") == 65.0
 
 
 @pytest.mark.parametrize("content", [b"a: [1", b"\xff\xfe", b"3"])

@@ -11,10 +11,22 @@ from typing import Any
 import yaml
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 
+from bathbot_scrub.arm.collision_table import quasi_static
 from bathbot_scrub.arm.errors import ArmSettingsError, NotReadyError
 
 _SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
 _NAME = Path("config") / "force_limits.yaml"
+
+# What no file may pass. Where a number is not from the literature, it says what it would mean to pass it.
+_MOST_HARD_STOP = 25.0  # [N] at which a robot that cleaned people gave up: `CleanHuman`, visual-force-torque
+_MOST_HARD_STOP_FACE = 11.0  # [N] peak with which people shave their own face: SAGE 09544119231179568
+_MOST = {
+    "contact": 2.0,  # [N] countertop wiping, moveit2-contact-wiping; half of what a face bears
+    "zero_residual": 1.0,  # [N] lowest value of the comfort band: more would be skin, zeroed away
+    "transit": 6.0,  # [N] upper end of the comfort band: more, met in free air, is a person
+    "surge": 60.0,  # [N/s] a body that comes at 150 mm/s into bristles of 0.4 N/mm
+    "give": 6.0,  # [N] upper end of the comfort band: bristles stiffer than that are no soft brush
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +65,7 @@ class ForceLimits:
     regions: dict[str, RegionLimits]
 
     def __post_init__(self) -> None:
-        """Refuse a contact threshold that no region allows, or that zeroing may leave."""
+        """Refuse a contact threshold that no region allows, or that zeroing may leave, and what hurts."""
         if not 0.0 < self.zero_residual < self.contact:
             raise ArmSettingsError(
                 f"need 0 < zero_residual < contact, got {self.zero_residual} and {self.contact} N"
@@ -69,6 +81,10 @@ class ForceLimits:
                 )
         if not self.contact < self.give:
             raise ArmSettingsError(f"contact {self.contact} N must lie below give {self.give} N")
+        for name, most in _MOST.items():
+            _demand_at_most(name, getattr(self, name), most)
+        for name, region in self.regions.items():
+            _check_bounds(name, region)
 
     def region(self, name: str) -> RegionLimits:
         """Limits of one region.
@@ -107,6 +123,26 @@ class ForceLimits:
     def gentlest(self) -> RegionLimits:
         """Limits that hold wherever the head may be: those of the region that bears least."""
         return min(self.regions.values(), key=lambda region: region.retract)
+
+
+def _check_bounds(name: str, region: RegionLimits) -> None:
+    """Refuse limits of a region beyond what its skin bears; a class that no table knows counts as a face."""
+    _demand_at_most(f"{name}.collision", region.collision, quasi_static(name))
+    known_to_bear_more = quasi_static(name) > quasi_static("Face_skin")
+    _demand_at_most(
+        f"{name}.hard_stop",
+        region.hard_stop,
+        _MOST_HARD_STOP if known_to_bear_more else _MOST_HARD_STOP_FACE,
+    )
+    _demand_at_most(f"{name}.axis", max(region.axis), region.hard_stop)
+    _demand_at_most(f"{name}.torque", region.torque, region.hard_stop * SCRUB_HEAD.brush_radius)
+
+
+def _demand_at_most(name: str, value: float, most: float) -> None:
+    if not value <= most:
+        raise ArmSettingsError(
+            f"{name} must be at most {most:g}, got {value:g}; docs/safety.md says where the bound comes from"
+        )
 
 
 def default_file() -> Path:
