@@ -15,7 +15,7 @@ from bathbot_bringup.sim.faults.force_faults import ForceHistory, ForceReading
 from bathbot_bringup.sim.faults.kinds import Kind
 from bathbot_bringup.sim.faults.lasting_fault import Place
 from bathbot_scrub.arm.force_limits import load_force_limits
-from bathbot_scrub.arm.states import Action
+from bathbot_scrub.arm.states import QUIET, Action
 from bathbot_scrub.rm65.guard.force_checks import Reading
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 
@@ -90,7 +90,7 @@ def test_the_threshold_decides_where_the_recipe_says(threshold, action, tmp_path
     guard = ForceGuard(limits)
     guard.begin_approach(limits.region("Trunk_skin"))
     guard.begin_seeking()
-    assert [guard.check(pressed(force)) for force in (1.5, 6.0)] == [Action.STOP, action]
+    assert [guard.check(pressed(force), QUIET, False) for force in (1.5, 6.0)] == [Action.STOP, action]
 
 
 def pressed(force: float) -> Reading:

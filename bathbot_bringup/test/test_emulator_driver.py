@@ -41,7 +41,7 @@ def test_the_whole_job(cell):
     touch = cell.approach()
     assert touch.force > 0.8  # filtered; what felt the skin is faster
     assert -0.009 < AXIS @ (TARGET[:3, 3] - touch.T_base_head[:3, 3]) < -0.001
-    until(lambda: not driver.loop.guard.moving)
+    until(lambda: not driver.loop.moving)
     for segment in segments():
         driver.follow(segment)
     forces = []
@@ -68,7 +68,7 @@ def test_the_whole_job(cell):
 
 def test_a_starved_path_waits_in_contact_and_goes_on(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     first, second, third = segments()
     cell.driver.follow(first)
     until(lambda: cell.driver.snapshot().reason == "waits for segments")
@@ -83,12 +83,12 @@ def test_a_starved_path_waits_in_contact_and_goes_on(cell):
 
 def test_stop_stops_and_forgets_pause_stops_and_resumes(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     for segment in segments(speed=0.02):
         cell.driver.follow(segment)
     until(lambda: cell.driver.snapshot().distance_along > 0.005)
     cell.driver.pause()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     assert (cell.state(), cell.driver.snapshot().reason) == (State.HOLD, "paused")
     at = cell.driver.snapshot().distance_along
     time.sleep(0.2)
@@ -96,7 +96,7 @@ def test_stop_stops_and_forgets_pause_stops_and_resumes(cell):
     cell.driver.resume()
     until(lambda: cell.driver.snapshot().distance_along > at + 0.005)
     cell.driver.stop()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     assert cell.state() is State.HOLD
     for refused in (cell.driver.resume, cell.driver.home, lambda: cell.driver.follow(segments()[0])):
         with pytest.raises(NotReadyError):
@@ -107,7 +107,7 @@ def test_stop_stops_and_forgets_pause_stops_and_resumes(cell):
 
 def test_a_body_that_moves_into_the_brush_is_left_along_the_normal(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     cell.wall.shift = 0.006  # 6 mm nearer at once: the bristles are pressed flat, and more
     until(lambda: cell.state() is State.HOLD or cell.state() is State.FAULT)
     assert "retracted: force" in cell.driver.snapshot().reason
@@ -176,7 +176,7 @@ def test_a_canceled_approach_stands_still(cell):
     threading.Timer(0.5, canceled.set).start()
     with pytest.raises(CanceledError):
         cell.driver.approach(Request(TARGET, REGION), canceled.is_set)
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     until(lambda: np.abs(cell.emulator.truth().joints - cell.driver.loop.where()).max() < 1e-3)
     at = cell.emulator.truth().joints
     time.sleep(0.3)
@@ -185,7 +185,7 @@ def test_a_canceled_approach_stands_still(cell):
 
 def test_segments_far_away_or_beyond_reach_are_refused(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     first = segments()[0]
     away = first.T_base_heads.copy()
     away[:, 2, 3] += 0.5
@@ -198,7 +198,7 @@ def test_segments_far_away_or_beyond_reach_are_refused(cell):
 
 def test_a_path_that_begins_elsewhere_is_reached_over_the_skin(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     aside = segments()[2]._replace(index=0)
     cell.driver.follow(aside)
     highest = 0.0
@@ -212,7 +212,7 @@ def test_a_path_that_begins_elsewhere_is_reached_over_the_skin(cell):
 def test_a_full_queue_refuses():
     with running(queue_length=2) as cell:
         cell.approach()
-        until(lambda: not cell.driver.loop.guard.moving)
+        until(lambda: not cell.driver.loop.moving)
         pieces = segments(count=4, speed=0.005)
         cell.driver.follow(pieces[0])
         cell.driver.follow(pieces[1])
@@ -223,7 +223,7 @@ def test_a_full_queue_refuses():
 def test_silence_of_the_push_stops_the_arm_and_resume_clears_it():
     with running(stale_after=0.5) as cell:
         cell.approach()
-        until(lambda: not cell.driver.loop.guard.moving)
+        until(lambda: not cell.driver.loop.moving)
         cell.driver.link.client.demand({"command": "set_realtime_push", "enable": False}, "state")
         until(lambda: cell.state() is State.FAULT)
         assert "no state from the controller" in cell.driver.snapshot().reason
@@ -238,7 +238,7 @@ def test_silence_of_the_push_stops_the_arm_and_resume_clears_it():
 
 def test_a_lost_controller_is_a_fault_and_the_arm_stands(cell):
     cell.approach()
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
     for segment in segments(speed=0.02):
         cell.driver.follow(segment)
     time.sleep(0.3)

@@ -26,7 +26,7 @@ def cell():
 
 def in_contact(cell, region=REGION):
     cell.approach(region=region)
-    until(lambda: not cell.driver.loop.guard.moving)
+    until(lambda: not cell.driver.loop.moving)
 
 
 def scrubbing(cell, speed=0.04, depth=0.004):
@@ -114,13 +114,13 @@ def test_with_a_doubtful_force_an_operator_can_still_take_the_arm_off_the_skin(c
     until(lambda: cell.state() is State.FAULT)
 
     def off():
-        if not cell.driver.loop.guard.moving:  # a machine that stalls may stop it on the way: asked again
+        if not cell.driver.loop.moving:  # a machine that stalls may stop it on the way: asked again
             with contextlib.suppress(ArmError):
                 cell.driver.retract()
         return cell.gap() > 0.05
 
     until(off)
-    until(lambda: cell.state() is State.FAULT and not cell.driver.loop.guard.moving)
+    until(lambda: cell.state() is State.FAULT and not cell.driver.loop.moving)
     offset = cell.emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
     assert np.linalg.norm(np.cross(offset, AXIS)) < 0.05
     cell.emulator.order(Fault("none"))

@@ -18,8 +18,8 @@ def snapshot(state=State.CONTACT, reason="", connected=True, force=math.nan):
 
 
 def driver(*alarms, moving=False):
-    guard = SimpleNamespace(moving=moving, region=REGION)
-    return SimpleNamespace(loop=SimpleNamespace(alarms=alarms, guard=guard))
+    guard = SimpleNamespace(region=REGION)
+    return SimpleNamespace(loop=SimpleNamespace(alarms=alarms, guard=guard, moving=moving))
 
 
 @pytest.mark.parametrize(("told", "alarms", "refused", "expected"), [

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.arm.force_limits import default_file, load_force_limits
-from bathbot_scrub.arm.states import State
+from bathbot_scrub.arm.states import QUIET, State
 from bathbot_scrub.rm65.guard.force_checks import Reading, comfort, limit_passed, surge
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 
@@ -41,7 +41,7 @@ def felt_at(limits):
         guard = ForceGuard(limits)
         guard.begin_approach(limits.region("Trunk_skin"))
         guard.begin_seeking()
-        guard.check(reading(force))
+        guard.check(reading(force), QUIET, True)
         if guard.state is State.CONTACT:
             return float(force)
     return None

@@ -168,7 +168,7 @@ class ArmDriver:
             while self.link.sample is sample and self._clock() < deadline:
                 self._clock.sleep(0.005)
         with loop.lock:
-            if loop.guard.state is State.FAULT and not loop.guard.moving:
+            if loop.guard.state is State.FAULT and not loop.moving:
                 loop.forget()
             try:
                 if loop.guard.resume(loop.alarm()):
@@ -185,7 +185,7 @@ class ArmDriver:
             ArmError: When the controller refuses.
         """
         with self.loop.lock:
-            if self.loop.guard.moving or self.loop.guard.touching:
+            if self.loop.moving or self.loop.guard.touching:
                 raise NotReadyError("zeroing needs an arm at rest off the skin; retract or stop first")
         return self.link.zeroing.run(self.limits)
 
@@ -220,7 +220,7 @@ class ArmDriver:
         """Brake, and end everything."""
         self.stop()
         with self.loop.lock:
-            self.loop.lock.wait_for(lambda: not self.loop.guard.moving, 1.0)
+            self.loop.lock.wait_for(lambda: not self.loop.moving, 1.0)
         self.loop.thread.close()
         self.link.close()
 

@@ -1,7 +1,14 @@
 """The force guard: what the arm may do next, from force and from what the watchdogs say. Pure.
 
-The states and the ways between them are in `states`. Time comes in with the readings.
+The states and the ways between them are in `states`. All the guard knows is its `Condition`, which is frozen:
+an event puts another in its place, or is refused and changes nothing. Time comes in with the readings, and
+whether the arm moves with every call; nobody sets anything from outside.
+
+Whether skin can be felt is no flag of its own that could be lost: in APPROACH it is felt whenever the head
+may touch, and only a finished retract says that it does not touch any more.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,72 +19,137 @@ from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import Reading, limit_passed, surge
 
 _SLOPE = 0.03  # [s] of good readings that a slope needs
+_GOES_ON = (State.APPROACH, State.CONTACT, State.RETRACTING)  # in which a motion that waited goes on
+
+
+class Condition(NamedTuple):
+    """All that the guard knows of arm and person."""
+
+    state: State
+    region: RegionLimits  # whose skin may be touched
+    reason: str = ""
+    cause: Cause = Cause.NONE
+    touching: bool = False  # on the skin, or so near that it may be
+    facing: bool = False  # it has left a person, who may follow
+    felt: bool = False  # the last reading that could be trusted showed a touch
+    settled: bool = False  # the search has come to rest: a rise of force is the body's doing now
+    waiting: str = ""  # for what the motion stands until it goes on by itself; empty: it does not
+    paused_from: State | None = None
+    after_retract: State = State.FREE
+    off: bool = False  # while leaving: nothing is felt any more
+    broken: bool = False  # it leaves for a force that comes with a fault: of the sensor, maybe
+    cornered: bool = False  # it could not leave who presses now
+    consent: bool = False  # someone must allow the next motion
+    doubted: float = -np.inf  # [s] stamp of the last reading that could not be trusted
+    over_since: float | None = None  # [s] stamp of the first sample of the present excess
 
 
 class ForceGuard:
-    """The state of the arm with regard to the person."""
+    """The condition of the arm with regard to the person, and the events that change it."""
 
-    def __init__(self, limits: ForceLimits, needs_consent: bool = True) -> None:
-        """Begin FREE. With `needs_consent` someone must allow to go on after a retract for force."""
+    def __init__(
+        self, limits: ForceLimits, needs_consent: bool = True, condition: Condition | None = None
+    ) -> None:
+        """Begin FREE, or in a condition.
+
+        Args:
+            limits: How hard each region may be touched.
+            needs_consent: Whether someone must allow to go on after a retract for force.
+            condition: Where to begin.
+        """
         self._limits, self._needs_consent = limits, needs_consent
-        self.state, self.reason, self.cause = State.FREE, "", Cause.NONE
-        self.region: RegionLimits = limits.gentlest()
-        self.touching = False  # on the skin, or so near that it may be
-        self.facing = False  # it has left a person, who may follow
-        self.moving = False  # set by the control loop
-        self.waiting = ""  # for what the motion stands until it goes on by itself; empty: it does not
-        self.over_since: float | None = None  # [s] stamp of the first sample of the present excess
-        self._seeking = False
-        self._settled = False  # the search has come to rest: a rise of force is the body's doing now
-        self._off = False  # while leaving: nothing is felt any more
-        self._broken = False  # it leaves for a force that comes with a fault: of the sensor, maybe
-        self._doubted = -np.inf  # [s] stamp of the last reading that could not be trusted
-        self.cornered = False  # it could not leave who presses now
-        self._forced = False  # the arm left because of force, and nobody has allowed it to go on
-        self._paused_from: State | None = None
-        self._after_retract = State.FREE
+        self._now = condition or Condition(State.FREE, limits.gentlest())
 
     @property
-    def engaged(self) -> bool:
-        """Whether the arm moves, touches, or is about to go on."""
-        return bool(self.moving or self.touching or self.waiting)
+    def condition(self) -> Condition:
+        """All of it, for who keeps or compares it."""
+        return self._now
+
+    @property
+    def state(self) -> State:
+        """What the arm does with regard to the person."""
+        return self._now.state
+
+    @property
+    def reason(self) -> str:
+        """Why it is in this state, for a person; may be empty."""
+        return self._now.reason
+
+    @property
+    def cause(self) -> Cause:
+        """Why the guard ended a motion."""
+        return self._now.cause
+
+    @property
+    def region(self) -> RegionLimits:
+        """Whose skin may be touched."""
+        return self._now.region
+
+    @property
+    def touching(self) -> bool:
+        """Whether the head is on the skin, or so near that it may be."""
+        return self._now.touching
+
+    @property
+    def felt(self) -> bool:
+        """Whether the last reading that could be trusted showed a touch."""
+        return self._now.felt
+
+    @property
+    def waiting(self) -> str:
+        """For what a motion stands until it goes on by itself; empty when it does not."""
+        return self._now.waiting
 
     @property
     def paused(self) -> bool:
         """Whether a motion waits to be resumed by someone."""
-        return self._paused_from is not None
+        return self._now.paused_from is not None
 
-    def check(self, reading: Reading, alarm: Alarm = QUIET) -> Action:
-        """Judge the newest reading, and what the watchdogs say; change the state, tell what to do at once."""
+    @property
+    def over_since(self) -> float | None:
+        """Stamp of the first sample of the present excess [s]; None without one."""
+        return self._now.over_since
+
+    def engaged(self, moving: bool) -> bool:
+        """Whether the arm, which moves or not, moves, touches, or is about to go on."""
+        return bool(moving or self._now.touching or self._now.waiting)
+
+    def check(self, reading: Reading, alarm: Alarm, moving: bool) -> Action:
+        """Judge the newest reading; change the condition, tell what to do at once.
+
+        Args:
+            reading: What was felt.
+            alarm: The gravest of what the watchdogs say.
+            moving: Whether the arm moves.
+        """
         trusted = alarm.force and bool(np.isfinite(reading.wrench).all())
-        self._doubted = self._doubted if trusted else reading.stamp
+        if not trusted:
+            self._set(doubted=reading.stamp)
         excess = self._excess(reading) if trusted else ""
-        self._note_first(reading, excess)
-        self.cornered = self.cornered and bool(excess)
-        if self.state is State.FAULT:  # still leaves when pressed, if force and joints can be trusted
-            pressed = excess and not self.cornered and (self.touching or self.facing) and alarm.joints
-            return self._leave(excess, State.FAULT) if pressed else Action.GO_ON
-        if self.state is State.RETRACTING:
+        self._note(reading, excess, trusted)
+        now = self._now
+        near = now.touching or now.facing
+        if now.state is State.RETRACTING:
             return self._check_leaving(reading, alarm, excess if trusted else None)
-        met = excess if self.moving or self.touching or self.facing else ""  # not while it stands in free air
-        if not (met or self.engaged):
-            return Action.GO_ON
-        faulty = alarm.reaction is Reaction.FAULT
+        if now.state is State.FAULT:
+            return self._check_fault(excess if near else "", alarm, near and not moving)
+        met = excess if moving or near else ""  # not while it stands in free air
         if met and alarm.joints:
-            self._broken = faulty
-            hard = resultant(reading.sudden) > self.region.hard_stop
-            return self._leave(met, State.FAULT if hard or faulty else State.HOLD)
-        if faulty:
+            faulty = alarm.reaction is Reaction.FAULT
+            hard = resultant(reading.sudden) > now.region.hard_stop
+            return self._leave(met, State.FAULT if hard or faulty else State.HOLD, broken=faulty)
+        if alarm.reaction is Reaction.LEAVE and alarm.joints and not moving:
+            return self._idle(reading, alarm, near)
+        if not (met or self.engaged(moving)):
+            return Action.GO_ON
+        if alarm.reaction is Reaction.FAULT:
             return self.fault(alarm.message)
         if alarm.reaction is Reaction.WAIT:
             return self._wait(alarm)
-        if alarm.reaction is Reaction.LEAVE and self.touching and not self.moving:
-            return self._leave(alarm.message, State.HOLD, Cause.IDLE)
-        if self._seeking and trusted and self._felt(reading):
-            self._seeking = self._settled = False
-            self.state, self.reason, self.waiting = State.CONTACT, "", ""
+        if now.state is State.APPROACH and now.touching and trusted and now.felt:
+            self._set(state=State.CONTACT, reason="", waiting="", settled=not moving)
             return Action.STOP
-        self._settled = self._settled or not self.moving
+        self._set(settled=now.settled or not moving)
         return self._calm()
 
     def begin_approach(self, region: RegionLimits, reason: str = "") -> None:
@@ -86,24 +158,38 @@ class ForceGuard:
         Raises:
             NotReadyError: In any other state, on the skin, or while nobody has allowed it.
         """
-        if self.state not in (State.FREE, State.HOLD):
+        now = self._now
+        if now.state not in (State.FREE, State.HOLD):
             raise NotReadyError(
-                f"the arm is in state {self.state.name} ({self.reason or 'busy'}); "
+                f"the arm is in state {now.state.name} ({now.reason or 'busy'}); "
                 "wait until it is free, or call arm/stop or arm/resume"
             )
-        if self.touching:
+        if now.touching:
             raise NotReadyError("the head may be on the skin; call arm/retract first")
-        if self._forced:
+        if now.consent:
             raise NotReadyError("the arm left because of force; see whether the way is free, then arm/resume")
         self._enter(State.APPROACH, reason)
-        self.region, self.facing = region, False
+        self._set(region=region, facing=False)
 
     def begin_seeking(self) -> None:
-        """Begin the straight part: from here on the head may touch."""
-        if self.state is not State.APPROACH:
-            raise NotReadyError(f"the approach ended in state {self.state.name}: {self.reason}")
-        self._seeking = self.touching = True
-        self._settled = False
+        """Begin the straight part: from here on the head may touch.
+
+        Raises:
+            NotReadyError: When the approach is over.
+        """
+        if self._now.state is not State.APPROACH:
+            raise NotReadyError(f"the approach ended in state {self._now.state.name}: {self._now.reason}")
+        self._set(touching=True, settled=False)
+
+    def begin_path(self, region: RegionLimits) -> None:
+        """Follow a path over the skin of a region.
+
+        Raises:
+            NotReadyError: When the head is not in contact.
+        """
+        if self._now.state is not State.CONTACT:
+            raise NotReadyError(f"a path begins in contact, but the arm is in {self._now.state.name}")
+        self._set(region=region)
 
     def begin_retract(self, alarm: Alarm = QUIET) -> None:
         """Leave because someone asked; in FAULT too, for leaving along the normal needs the joints only.
@@ -113,30 +199,35 @@ class ForceGuard:
         """
         if not alarm.joints and alarm.reaction is Reaction.FAULT:
             raise NotReadyError(f"cannot retract: {alarm.message}; mend it and call arm/resume first")
-        if self.state is not State.RETRACTING:
-            faulted = self.state is State.FAULT
+        if self._now.state is not State.RETRACTING:
+            after = State.FAULT if self._now.state is State.FAULT else State.FREE
             self._enter(State.RETRACTING, "retract was asked for")
-            self._after_retract = State.FAULT if faulted else State.FREE
+            self._set(after_retract=after)
 
     def arrived(self, where: str) -> None:
         """The motion of this state has reached its end."""
-        if self.state is State.RETRACTING:
-            self.touching, self.facing = False, not self._broken
-            forced = self._after_retract is not State.FREE
-            reason = self.reason.replace("retracting", "retracted") if forced else where
-            self._enter(self._after_retract, reason, self.cause)
-        elif self._seeking:
+        now = self._now
+        if now.state is State.RETRACTING:
+            forced = now.after_retract is not State.FREE
+            reason = now.reason.replace("retracting", "retracted") if forced else where
+            self._enter(now.after_retract, reason, now.cause)
+            self._set(touching=False, facing=not now.broken)
+        elif now.state is State.APPROACH and now.touching:
             self._enter(State.HOLD, "nothing felt where the skin should be", Cause.NO_CONTACT)
-        elif self.state is State.APPROACH:
+        elif now.state is State.APPROACH:
             self._enter(State.FREE, where)
 
     def rest(self) -> None:
         """The motion has come to rest; another may begin before the next reading is judged."""
-        self.moving, self._settled = False, True
+        self._set(settled=True)
+
+    def could_not_leave(self) -> None:
+        """There was no way to leave who presses: it is tried again when it is somebody else, or later."""
+        self._set(cornered=True)
 
     def stop(self, reason: str) -> Action:
         """Give up the motion."""
-        if self.state is not State.FAULT:
+        if self._now.state is not State.FAULT:
             self._enter(State.HOLD, reason)
         return Action.STOP
 
@@ -146,102 +237,137 @@ class ForceGuard:
         Raises:
             NotReadyError: When there is no motion to pause.
         """
-        if self.state not in (State.APPROACH, State.CONTACT):
-            raise NotReadyError(f"nothing to pause in state {self.state.name}")
-        seeking, paused_from = self._seeking, self.state
+        paused_from = self._now.state
+        if paused_from not in (State.APPROACH, State.CONTACT):
+            raise NotReadyError(f"nothing to pause in state {paused_from.name}")
         self._enter(State.HOLD, "paused")
-        self._seeking, self._paused_from = seeking and paused_from is State.APPROACH, paused_from
+        self._set(paused_from=paused_from)
 
     def resume(self, alarm: Alarm = QUIET) -> bool:
         """Go on after a pause, allow the next motion, or leave FAULT; true when a paused motion goes on.
 
+        A search during whose pause skin was felt is over: it goes on in contact, and does not move.
+
         Raises:
             NotReadyError: When none applies, or what the watchdogs say forbids it.
         """
+        now = self._now
         if alarm.doubtful:
             raise NotReadyError(f"cannot resume: {alarm.message}")
-        if self.state is State.FAULT:
-            self._forced = False
+        if now.state is State.FAULT:
             self._enter(State.HOLD, "resumed after a fault; retract or go home")
+            self._set(consent=False, broken=False)
             return False
-        if self._paused_from is not None:
-            state, self._paused_from = self._paused_from, None
-            self.state, self.reason = state, ""
-            return True
-        if self._forced and self.state in (State.HOLD, State.FREE):
-            self._forced = False
-            if self.state is State.HOLD and not self.touching:
+        if now.paused_from is not None:
+            found = now.paused_from is State.APPROACH and now.touching and now.felt
+            self._enter(State.CONTACT if found else now.paused_from, "")
+            return not found
+        if now.consent and now.state in (State.HOLD, State.FREE):
+            if now.state is State.HOLD and not now.touching:
                 self._enter(State.FREE, "allowed to go on")
+            self._set(consent=False)
             return False
-        raise NotReadyError(f"nothing is paused; the arm is in state {self.state.name}")
+        raise NotReadyError(f"nothing is paused; the arm is in state {now.state.name}")
 
     def fault(self, reason: str) -> Action:
         """Stand still until the cause is gone and someone resumes."""
         self._enter(State.FAULT, reason, Cause.DATA)
         return Action.STOP
 
+    def _set(self, **changes) -> None:
+        self._now = self._now._replace(**changes)
+
     def _enter(self, state: State, reason: str, cause: Cause = Cause.NONE) -> None:
-        self.state, self.reason, self.cause = state, reason, cause
-        self._seeking, self._paused_from, self.waiting, self._off = False, None, "", False
+        self._set(state=state, reason=reason, cause=cause, paused_from=None, waiting="", off=False)
+
+    def _check_fault(self, excess: str, alarm: Alarm, idle: bool) -> Action:
+        """Leave in FAULT, too, who presses or is touched for long, if force and joints can be trusted."""
+        if not alarm.joints or self._now.cornered:
+            return Action.GO_ON
+        if excess:
+            return self._leave(excess, State.FAULT, broken=self._now.broken)
+        if idle and alarm.reaction is Reaction.LEAVE:
+            return self._leave(alarm.message, State.FAULT, Cause.IDLE, self._now.broken)
+        return Action.GO_ON
 
     def _check_leaving(self, reading: Reading, alarm: Alarm, excess: str | None) -> Action:
         """While leaving a doubtful force (None) does not hold the arm on the skin, doubtful joints do."""
         if alarm.reaction is Reaction.FAULT:
             if not alarm.joints:
                 return self.fault(alarm.message)
-            self._after_retract, self._broken = State.FAULT, True
-            self.reason = f"retracting: {alarm.message}"
+            self._set(after_retract=State.FAULT, broken=True, reason=f"retracting: {alarm.message}")
         if alarm.reaction is Reaction.WAIT and not alarm.joints:
             return self._wait(alarm)
         if excess is None:
             return self._calm()
-        force = resultant(reading.sudden)
-        if force > self.region.hard_stop and self._after_retract is not State.FAULT:
-            self._after_retract = State.FAULT
-            self.reason = f"retracting: force {force:.1f} N passed the hard limit"
-        if excess and self._off:  # the person has come after it
-            return self._leave(excess, self._after_retract or State.HOLD)
-        self._off = self._off or not self._felt(reading)
+        now, force = self._now, resultant(reading.sudden)
+        if force > now.region.hard_stop and now.after_retract is not State.FAULT:
+            reason = f"retracting: force {force:.1f} N passed the hard limit"
+            self._set(after_retract=State.FAULT, reason=reason)
+        if excess and now.off:  # the person has come after it
+            return self._leave(excess, self._now.after_retract or State.HOLD, broken=now.broken)
+        self._set(off=now.off or not now.felt)
         return self._calm()
 
     def _wait(self, alarm: Alarm) -> Action:
         """Brake once, and stand for as long as the alarm lasts."""
-        waited, self.waiting = self.waiting, alarm.message
+        waited = self._now.waiting
+        self._set(waiting=alarm.message)
         return Action.GO_ON if waited else Action.STOP
 
     def _calm(self) -> Action:
         """Nothing forbids to go on; what stood because of an alarm goes on."""
-        waited, self.waiting = self.waiting, ""
-        return Action.RESUME if waited else Action.GO_ON
+        waited = self._now.waiting
+        self._set(waiting="")
+        return Action.RESUME if waited and self._now.state in _GOES_ON else Action.GO_ON
 
-    def _felt(self, reading: Reading) -> bool:
-        """Whether skin is felt."""
-        return max(resultant(reading.wrench), resultant(reading.sudden)) >= self._limits.contact
+    def _idle(self, reading: Reading, alarm: Alarm, near: bool) -> Action:
+        """Who is touched for long without any motion is left; in free air a person must look what it is."""
+        if near:
+            return self._leave(alarm.message, State.HOLD, Cause.IDLE)
+        asked = self._now.state is State.HOLD and self._now.consent
+        if self._now.felt and not asked:
+            force = resultant(reading.wrench)
+            self._enter(
+                State.HOLD,
+                f"{force:.1f} N are felt where nothing should be: see what touches the head, free it, then "
+                "arm/resume",
+                Cause.IDLE,
+            )
+            self._set(consent=True)
+        return Action.GO_ON
 
     @property
     def _transit(self) -> float | None:
-        return None if self.touching or self.facing else self._limits.transit
+        return None if self._now.touching or self._now.facing else self._limits.transit
 
     def _excess(self, reading: Reading) -> str:
         """Name the limit that the reading passes; empty when none."""
+        now = self._now
         for wrench in (reading.sudden, reading.wrench):
-            if passed := limit_passed(wrench, self.region, self._transit):
+            if passed := limit_passed(wrench, now.region, self._transit):
                 return passed
-        near = self.facing or (self.touching and (self._off or self.state is not State.RETRACTING))
-        if not near or reading.stamp - self._doubted < _SLOPE:
+        near = now.facing or (now.touching and (now.off or now.state is not State.RETRACTING))
+        if not near or reading.stamp - now.doubted < _SLOPE:
             return ""
-        return surge(reading, self._limits, self._settled or not self.touching)
+        return surge(reading, self._limits, now.settled or not now.touching)
 
-    def _note_first(self, reading: Reading, excess: str) -> None:
-        """Remember when the first sample over a limit came, to know how long the answer takes."""
-        over = excess or limit_passed(
-            reading.raw, self.region, None if self.touching else self._limits.transit
+    def _note(self, reading: Reading, excess: str, trusted: bool) -> None:
+        """Remember what is felt, and when the first sample over a limit came, to time the answer."""
+        now = self._now
+        over = excess or limit_passed(reading.raw, now.region, None if now.touching else self._limits.transit)
+        since = reading.stamp if now.over_since is None else now.over_since
+        # the weight of the tool may be off by a newton or two where it was not zeroed
+        least = self._limits.transit if self._transit else self._limits.contact
+        force = max(resultant(reading.wrench), resultant(reading.sudden))
+        self._set(
+            over_since=since if over else None,
+            felt=force >= least if trusted else now.felt,
+            cornered=now.cornered and bool(excess),
         )
-        since = reading.stamp if self.over_since is None else self.over_since
-        self.over_since = since if over else None
 
-    def _leave(self, reason: str, after: State, cause: Cause = Cause.FORCE) -> Action:
-        self._forced = self._forced or (self._needs_consent and cause is Cause.FORCE)
+    def _leave(self, reason: str, after: State, cause: Cause = Cause.FORCE, broken: bool = False) -> Action:
         self._enter(State.RETRACTING, f"retracting: {reason}", cause)
-        self._after_retract = after
+        forced = self._needs_consent and cause is Cause.FORCE
+        self._set(after_retract=after, broken=broken, consent=self._now.consent or forced)
         return Action.RETRACT

@@ -226,17 +226,30 @@ def gravest(alarms: Sequence[Alarm]) -> Alarm:
 
 
 class IdleContact:
-    """Times the arm's standing still on the skin."""
+    """Times the arm's standing still while it touches, in any state."""
 
     def __init__(self) -> None:
         """Begin off the skin."""
         self._idle_since: float | None = None
+        self._state = State.FREE
 
-    def judge(self, guard: ForceGuard, path_open: bool, now: float) -> Activity:
-        """What the arm does at `now` [s]; `path_open`: a path was begun, and more of it must come."""
-        idle = guard.touching and not guard.moving and guard.state in (State.CONTACT, State.HOLD)
-        if not idle:
-            self._idle_since = None
+    def begin_anew(self) -> None:
+        """What was to be done about it could not be done: it is tried again after as long."""
+        self._idle_since = None
+
+    def judge(self, guard: ForceGuard, moving: bool, path_open: bool, now: float) -> Activity:
+        """What the arm does at `now` [s].
+
+        Args:
+            guard: Knows whether a touch is felt, or must be.
+            moving: Whether the arm moves.
+            path_open: A path was begun, and more of it must come.
+            now: Time [s].
+        """
+        held = guard.touching and guard.state in (State.CONTACT, State.HOLD)
+        if moving or not (held or guard.felt) or guard.state is not self._state:
+            self._idle_since, self._state = None, guard.state
+        if moving or not (held or guard.felt):
             return Activity(False, 0.0, path_open)
         self._idle_since = now if self._idle_since is None else self._idle_since
         starved = path_open and guard.state is State.CONTACT and not guard.waiting

@@ -148,7 +148,7 @@ class Approach:
             loop.begin(path, pace, kind)
         while True:
             with loop.lock:
-                over = loop.lock.wait_for(lambda: not _under_way(loop.guard), 0.1)
+                over = loop.lock.wait_for(lambda: not _under_way(loop), 0.1)
                 command, state = loop.motion.command, loop.guard.state
                 if over and (state is State.APPROACH or kind is MotionKind.SEEK):
                     return
@@ -176,9 +176,9 @@ class Approach:
         return math.nan if wrench is None else wrench.force
 
 
-def _under_way(guard: ForceGuard) -> bool:
+def _under_way(loop: ControlLoop) -> bool:
     """Whether the motion goes on, or will by itself or when someone resumes."""
-    return bool(guard.moving or guard.paused or guard.waiting)
+    return bool(loop.moving or loop.guard.paused or loop.guard.waiting)
 
 
 def _why(guard: ForceGuard) -> ArmError:

@@ -70,6 +70,7 @@ class ControlLoop:
         self.lock = clock.condition()
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
+        self.moving = False  # whether a motion is under way; written under the lock only
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
         retract = Retract(settings.retract_distance, settings.retract_speed)
         self._retract_path = RetractPath(planner, retract, clock)
@@ -77,14 +78,19 @@ class ControlLoop:
         self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch(clock)
         self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed, clock)
 
+    @property
+    def engaged(self) -> bool:
+        """Whether the arm moves, touches, or is about to go on; the caller holds the lock."""
+        return self.guard.engaged(self.moving)
+
     def resume(self) -> None:
         """Let a motion go on that stands; the caller holds the lock."""
-        self.guard.moving = self.motion.go_on(self.guard.state) or self.guard.moving
+        self.moving = self.motion.go_on(self.guard.state) or self.moving
 
     def extend(self, path: JointPath) -> None:
         """Let a scrub motion run on along a longer path; the caller holds the lock."""
         self.motion.extend(path)
-        self.guard.moving = self.guard.moving or self.guard.state is State.CONTACT
+        self.moving = self.moving or self.guard.state is State.CONTACT
 
     def standing(self) -> Array:
         """Joints [rad], shape (6,), from which a motion begins; NotReadyError while they are in doubt."""
@@ -97,13 +103,13 @@ class ControlLoop:
     def where(self) -> Array:
         """Joints [rad], shape (6,), where the arm counts as standing; NotReadyError when that is unknown."""
         still = self._rest if self.motion.runner is None else math.inf
-        rest = 0.0 if self.guard.moving else still
+        rest = 0.0 if self.moving else still
         return standing_joints(self.motion.command, self._link.sense(self._clock()).joints, rest)
 
     def alarm(self) -> Alarm:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
         now = self._clock()
-        activity = self._idle_contact.judge(self.guard, self.path_open, now)
+        activity = self._idle_contact.judge(self.guard, self.moving, self.path_open, now)
         self.alarms = self._watchdogs.judge(self._link.signals(now, activity), now)
         return gravest(self.alarms)
 
@@ -114,7 +120,7 @@ class ControlLoop:
             NotReadyError: The arm moves, or stands elsewhere; it is on no way then.
         """
         try:
-            if self.guard.moving:
+            if self.moving:
                 raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
             self.motion.begin(path, pace, kind)
         except NotReadyError as error:
@@ -123,25 +129,25 @@ class ControlLoop:
             raise
         if self.guard.waiting:  # it begins when the wait is over
             self.motion.brake()
-        self.guard.moving = True
+        self.moving = True
 
     def leave(self) -> None:
         """Leave along the outward normal at once; lock, state and errors as for `begin`."""
         self.motion.leave(self.where())
-        self.guard.moving = True
+        self.moving = True
 
     def forget(self) -> None:
         """Command nothing any more; the caller holds the lock."""
         self.motion.forget()
         self._link.told(None, self._clock())
-        self.guard.rest()
+        self._come_to_rest()
         self.log.pause()
         self.lock.notify_all()
 
     def connection_lost(self) -> None:
         """The controller is gone."""
         with self.lock:
-            if self.guard.engaged:
+            if self.engaged:
                 self.guard.fault("connection to the controller lost")
             self.forget()
 
@@ -169,7 +175,7 @@ class ControlLoop:
         stood = self._stopwatch.lap()
         if stood > _STOOD:
             self.motion.begin_anew()
-        if stood > self._stale_after and self.guard.engaged:
+        if stood > self._stale_after and self.engaged:
             raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
 
     def _send(self, joints: Array) -> None:
@@ -185,13 +191,13 @@ class ControlLoop:
                 self._warn(reason)
                 self.guard.fault(reason)
             self.motion.stand()
-            self.guard.rest()
+            self._come_to_rest()
             self.lock.notify_all()
 
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(self._clock()), self.alarm()
-        followed = self.motion.kind is MotionKind.LEAVE or not self.guard.engaged
-        action = self.guard.check(sensed.reading, alarm)
+        followed = self.motion.kind is MotionKind.LEAVE or not self.engaged
+        action = self.guard.check(sensed.reading, alarm, self.moving)
         if action is Action.RETRACT:
             self.log.answer(self.guard.over_since)
             self._answer(followed)
@@ -209,7 +215,7 @@ class ControlLoop:
         """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""
         if UNHEARD.isdisjoint(one.name for one in self.alarms) and sensed.reading.age <= _FRESH:
             self.motion.stand_at(sensed.joints)
-            self.guard.rest()
+            self._come_to_rest()
             return
         self.forget()
         self._link.stop_behind()
@@ -218,10 +224,15 @@ class ControlLoop:
         """Leave who presses on the head; in vain only once for each time."""
         try:
             (self.motion.leave_follower if followed else self.motion.leave)(self.where())
-            self.guard.moving = True
+            self.moving = True
         except UnreachableError:
-            self.guard.cornered = True
+            self.guard.could_not_leave()
+            self._idle_contact.begin_anew()
             raise
+
+    def _come_to_rest(self) -> None:
+        self.moving = False
+        self.guard.rest()
 
     def _advance(self) -> Array | None:
         motion = self.motion
@@ -239,9 +250,9 @@ class ControlLoop:
 
     def _at_rest(self, runner: PathRunner) -> None:
         """A motion has come to rest: at its end, or because it was told to brake."""
-        if not self.guard.moving:
+        if not self.moving:
             return
-        self.guard.rest()
+        self._come_to_rest()
         if runner.at_end and self.motion.kind in ARRIVALS:
             self.guard.arrived(ARRIVALS[self.motion.kind])
         more = MORE_MAY_COME.get(self.motion.kind) is self.guard.state

@@ -96,7 +96,7 @@ class ProgramMoves:
                 self._loop.begin(path, self._planner.joint_pace, MotionKind.STREAM)
             else:
                 self._loop.motion.retarget(path, cut)
-                self._loop.guard.moving = True
+                self._loop.moving = True
         self._stream = begun
 
     def stream_pose(self, T_base_flange: Array, now: float) -> None:
@@ -116,7 +116,7 @@ class ProgramMoves:
     def tick(self, now: float) -> None:
         """End a stream that has fallen silent; call it now and then."""
         with self._loop.lock:
-            over = now - self._last_frame > SILENCE and not self._loop.guard.moving
+            over = now - self._last_frame > SILENCE and not self._loop.moving
             if self._stream is not None and over:
                 if self._follows_stream():
                     self._loop.motion.stand()
@@ -155,7 +155,7 @@ class ProgramMoves:
         with loop.lock:
             loop.guard.begin_approach(self._limits.gentlest(), _SAID)
             loop.begin(path, pace, MotionKind.PROGRAM)
-            while loop.guard.moving or loop.guard.paused or loop.guard.waiting:
+            while loop.moving or loop.guard.paused or loop.guard.waiting:
                 loop.lock.wait(_POLL)
             if loop.guard.state is not State.FREE:
                 raise self._why()

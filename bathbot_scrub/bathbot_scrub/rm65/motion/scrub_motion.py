@@ -90,7 +90,7 @@ class ScrubMotion:
         pace = line_pace(settings.max_scrub_speed, settings.scrub_acceleration)
         with loop.lock:
             self._require_contact()
-            loop.guard.region = region
+            loop.guard.begin_path(region)
             loop.begin(path.path, pace, MotionKind.SCRUB)
             self._path, loop.path_open = path, not segment.last
 
@@ -101,7 +101,7 @@ class ScrubMotion:
                 f"a path begins in contact, but the arm is in {guard.state.name} ({guard.reason or 'idle'}); "
                 "approach first"
             )
-        if guard.moving:
+        if self._loop.moving:
             raise NotReadyError("the arm still follows another path; wait until it stands, or stop it")
 
     def _length(self, path: ScrubPath) -> float:

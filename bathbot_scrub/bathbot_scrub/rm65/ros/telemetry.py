@@ -112,7 +112,7 @@ def health(driver: ArmDriver, snapshot: Snapshot, refused: str) -> Health:
 def comfort_word(driver: ArmDriver, snapshot: Snapshot) -> str:
     """What the comfort band says of the force while the head scrubs; empty when nothing."""
     guard = driver.loop.guard
-    scrubbing = snapshot.state is State.CONTACT and guard.moving
+    scrubbing = snapshot.state is State.CONTACT and driver.loop.moving
     return comfort(snapshot.force, guard.region).word if scrubbing else ""
 
 
