@@ -44,6 +44,7 @@ SHORT = {
     "bathbot_scrub/segment/segment.py": "the type that planner and driver share",
     "bathbot_scrub/segment/messages.py": "its codec",
     "bathbot_scrub/path/triangle_normals.py": "Eqs. (11)-(13), which stand alone",
+    "bathbot_bringup/evaluation/safety/virtual/wire.py": "latency and jitter, which stand alone",
     "bathbot_bringup/bag/recorder_settings.py": "settings",
 }
 """Files below 40 lines, and why: a table, errors, settings, or an equation or type that stands alone."""

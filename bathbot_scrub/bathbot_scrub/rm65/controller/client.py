@@ -31,6 +31,18 @@ class Connection(NamedTuple):
     reason: str  # one line; empty when connected
 
 
+def stream_frame(joints: ArrayLike) -> Frame:
+    """One frame of the high-follow joint stream, angles [rad], shape (6,)."""
+    return {
+        "command": "movej_canfd",
+        "joint": joints_to_wire(joints),
+        "follow": True,
+        "expand": 0,
+        "trajectory_mode": 0,
+        "radio": 0,
+    }
+
+
 class ArmClient:
     """A connection to one controller that outlives its losses. Thread-safe."""
 
@@ -115,16 +127,7 @@ class ArmClient:
         Raises:
             ArmConnectionError: Without connection.
         """
-        self.post(
-            {
-                "command": "movej_canfd",
-                "joint": joints_to_wire(joints),
-                "follow": True,
-                "expand": 0,
-                "trajectory_mode": 0,
-                "radio": 0,
-            }
-        )
+        self.post(stream_frame(joints))
 
     def local_address(self) -> str:
         """Our own address as the controller sees it.

@@ -1,7 +1,5 @@
 """Targets that clients stream: joints, poses, velocities. Nothing is answered, as on generations 3 and 4."""
 
-import time
-
 import numpy as np
 from bathbot_scrub.arm.branches import nearest
 from bathbot_scrub.arm.errors import ArmError, ProtocolError
@@ -63,14 +61,14 @@ def joints_for(desk: Desk, T_base_flange: Array) -> Array:
 def streamed_joints(desk: Desk, request: Frame) -> Array:
     """Joints of a frame [rad], shape (6,), and a note of it in the trace."""
     joints = joints_from_wire(integers(request, "joint", 6))
-    desk.trace.frame(time.monotonic(), joints)
+    desk.trace.frame(desk.clock(), joints)
     return joints
 
 
 def streamed_pose(desk: Desk, request: Frame) -> Array:
     """Joints [rad], shape (6,), of a frame that holds a pose, and a note of it in the trace."""
     joints = joints_for(desk, flange_goal(desk, request))
-    desk.trace.frame(time.monotonic(), joints)
+    desk.trace.frame(desk.clock(), joints)
     return joints
 
 
@@ -120,5 +118,5 @@ def _movev_canfd(desk: Desk, request: Frame) -> None:
     T[:3, 3] += period * axes @ velocity[:3]
     T[:3, :3] = Rotation.from_rotvec(period * axes @ velocity[3:]).as_matrix() @ T[:3, :3]
     joints = joints_for(desk, controller.setup.flange_pose(T))
-    desk.trace.frame(time.monotonic(), joints)
+    desk.trace.frame(desk.clock(), joints)
     controller.stream(joints, Motion.STREAM_VELOCITY, smoothing(request))

@@ -30,6 +30,7 @@ class Desk:
     )  # lets the arm go on
     peer: str = "127.0.0.1"  # address of the client that came last
     begun: float = field(default_factory=time.monotonic)
+    clock: Callable[[], float] = time.monotonic  # stamps the frames of the trace [s]
     calibration: dict[int, Any] = field(default_factory=dict)  # poses of a manual calibration, by number
     velocity_frame: Any = None  # of movev_canfd, once it was announced
 
