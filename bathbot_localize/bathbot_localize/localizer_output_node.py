@@ -1,7 +1,7 @@
 """What `target_localizer` publishes: targets, surface, body cloud and the place of the camera."""
 
 from bathbot_depthcorr.node.endpoints_node import LATCHED, EndpointOwner
-from bathbot_depthcorr.ros.messages import depth_from_image, stamp_seconds
+from bathbot_depthcorr.ros.messages import depth_from_image, stamp_from_seconds, stamp_seconds
 from builtin_interfaces.msg import Time
 from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import Header
@@ -46,9 +46,10 @@ class LocalizerOutput:
         self._session.solve(SURFACE)
 
     def look(self, image: Image) -> None:
-        """Publish the cloud of the body."""
-        points = self._session.body(depth_from_image(image), stamp_seconds(image.header.stamp))
-        self._body.publish(cloud_from_surface(points[None], self._header(image.header.stamp)))
+        """Publish the cloud of the body, stamped when all of it was last known to be there."""
+        known = self._session.body(depth_from_image(image), stamp_seconds(image.header.stamp))
+        stamp = stamp_from_seconds(known.stamp) if len(known.points) else image.header.stamp
+        self._body.publish(cloud_from_surface(known.points[None], self._header(stamp)))
         self._session.solve(BODY)
 
     def place(self, stamp: Time) -> bool:

@@ -64,10 +64,19 @@ class TargetLocalizerSettings:
     surface_rate: float = setting(10.0, "Highest rate at which surfaces are published", "Hz", above=0.0)
     cloud_rate: float = setting(1.0, "Highest rate at which body clouds are published", "Hz", above=0.0)
     cloud_voxel: float = setting(
-        0.02, "Edge of the cubes of space each of which becomes one point of the body cloud", "m", above=0.0
+        0.02,
+        "Edge of the cubes of space each of which becomes one point of the body cloud",
+        "m",
+        low=0.005,
+        high=0.03,
     )
     cloud_memory: float = setting(
-        60.0, "Time for which places hidden by the arm stay in the body cloud", "s", low=0.0
+        120.0,
+        "Time for which places hidden by the arm count as seen; hidden for longer they stay in the "
+        "body cloud, which counts as old then",
+        "s",
+        low=10.0,
+        high=300.0,
     )
     region_margin_px: float = setting(
         10.0, "Width added around the box of a region on all sides before its surface is taken", "px", low=0.0

@@ -210,6 +210,13 @@ def test_the_body_is_told_of_only_where_the_arm_can_be_left_out(world):
     assert len(points) > 30
     assert np.abs(np.linalg.norm(points - (0.55, 0.0, 0.25), axis=-1) - 0.15).max() < 0.02
 
+    # the lens is covered: the points stay, and what vouches for them grows old
+    count, covered = len(world.clouds), np.full_like(world.clean, np.nan)
+    wait_for(lambda: len(world.clouds) > count + 1, every=lambda: world.publish_pictures(covered))
+    assert len(surface_from_cloud(world.clouds[-1])[0]) >= len(points) - 2
+    assert world.clouds[-1].header.stamp == world.clouds[-2].header.stamp
+    wait_for(lambda: any("the body is not seen for" in text for text in world.status))
+
 
 def test_no_depth_gives_an_empty_list_and_a_reason(world):
     world.publish_fixed()

@@ -1,12 +1,16 @@
 """A coarse cloud of what the camera sees within the arm's reach, so that the arm does not run into it.
 
 Coarse on purpose: it has to say where a body is, not what it looks like. What the arm covers just now is
-remembered for a while, for the arm hides just what is nearest to it.
+remembered, for the arm hides just what is nearest to it. Where a picture has no depth it says nothing: what
+stood there stays, and a picture that says nothing of too many places vouches for none.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from bathbot_localize.arm.arm_mask import near_arm
 from bathbot_localize.target.localizer import Frame
@@ -15,7 +19,27 @@ Array = NDArray[np.float64]
 _SAMPLES = 3.0  # points across a voxel, at 1 m
 _LEAST = 3  # points in a voxel; fewer are noise at an edge
 _BEHIND = 0.03  # [m] by which depths may differ and still be one thing
+_LENS = 0.25  # [m] nearer than which nothing is measured: it is on the lens, or an error
+_ONE_BODY = 0.4  # [m] before a place: what hides it from nearer to the lens is no hand of the same person
 _WIDER = 0.02  # [m] that the arm is masked wider than for skin: what is left over here would stop it
+_BESIDE = 2.0  # voxels from something seen, within which lost depth is a matter of its edge
+_UNSEEN = 0.1  # share of places of which a picture may say nothing and still vouch for the rest
+
+
+class Known(NamedTuple):
+    """What stands within the arm's reach."""
+
+    points: Array  # (N, 3) base frame [m]
+    stamp: float  # [s] of the newest picture that vouches for them; -inf: none ever did
+    unseen: float  # share of them of which the newest picture says nothing, 0..1
+
+
+class _Said(NamedTuple):
+    """What a picture says of known points, masks of shape (M,)."""
+
+    covered: NDArray[np.bool_]  # the arm is before it
+    behind: NDArray[np.bool_]  # something else is, near enough to be of the same body
+    dark: NDArray[np.bool_]  # nothing: no depth there, or something far before it
 
 
 class BodyCloud:
@@ -31,12 +55,19 @@ class BodyCloud:
         """
         self._voxel, self._memory, self._margin = voxel, memory, arm_margin + _WIDER
         self._points, self._stamps = np.empty((0, 3)), np.empty(0)
+        self._vouched = -np.inf
 
-    def update(self, frame: Frame, stamp: float) -> Array:
-        """Take in a picture of a time [s]; give all points known now, shape (N, 3), base frame [m]."""
+    def update(self, frame: Frame, stamp: float) -> Known:
+        """Take in a picture of a time [s]; give all points known now.
+
+        Time frees no place: it stays until it is looked through. One that the arm hides for longer than the
+        memory counts as unseen. One without depth does so at once, and is forgotten after the memory only
+        where nearly all others are seen.
+        """
         camera, T_base_depth = frame.depth_camera, frame.T_base_colour @ frame.T_colour_depth
         stride = max(int(self._voxel / _SAMPLES * camera.fx), 1)
         depth = frame.depth[::stride, ::stride]
+        depth = np.where(depth > _LENS, depth, np.nan)
         rows, columns = np.indices(depth.shape) * stride
         points = transform_points(T_base_depth, camera.deproject(np.stack([columns, rows], axis=-1), depth))
         arm = near_arm(points, frame.shape.capsules, frame.T_base_link, self._margin)
@@ -46,15 +77,19 @@ class BodyCloud:
         )  # not where there is no depth
         fresh = self._centres(points[near & ~arm])
         known = transform_points(inverse(T_base_depth), self._points)
-        hidden = _hidden(camera.project(known) / stride, known[:, 2], depth, arm)
-        kept = (
-            hidden
-            & (stamp - self._stamps <= self._memory)
-            & ~np.isin(self._cells(self._points), self._cells(fresh))
-        )
+        said = _said(camera.project(known) / stride, known[:, 2], depth, arm)
+        remembered = stamp - self._stamps <= self._memory
+        other = ~np.isin(self._cells(self._points), self._cells(fresh))
+        alone = said.dark & (_distances(self._points, fresh) > _BESIDE * self._voxel)
+        unseen = other & (alone | (said.covered & ~remembered))
+        kept = other & (said.covered | said.behind | said.dark)
+        share = float(unseen.sum() / max(len(fresh) + kept.sum(), 1))
+        if share <= _UNSEEN and len(fresh) + kept.sum():
+            self._vouched = stamp
+            kept &= remembered | ~said.dark
         self._points = np.concatenate([fresh, self._points[kept]])
         self._stamps = np.concatenate([np.full(len(fresh), stamp), self._stamps[kept]])
-        return self._points
+        return Known(self._points, self._vouched, share)
 
     def _cells(self, points: Array) -> NDArray[np.int64]:
         """One number for the voxel of each point, shape (N, 3) -> (N,)."""
@@ -68,10 +103,13 @@ class BodyCloud:
         return (np.stack(sums, axis=-1) / counts[:, None])[counts >= _LEAST]
 
 
-def _hidden(
-    pixels: Array, depths: Array, depth: NDArray[np.float32], arm: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Which known points the picture says nothing about: before them is the arm, something else or no depth.
+def _distances(points: Array, others: Array) -> Array:
+    """From each point, shape (M, 3), to the nearest of the others, shape (N, 3) -> (M,); inf without any."""
+    return KDTree(others).query(points)[0] if len(points) and len(others) else np.full(len(points), np.inf)
+
+
+def _said(pixels: Array, depths: Array, depth: NDArray[np.float32], arm: NDArray[np.bool_]) -> _Said:
+    """What a picture says of known points; all is false where it looks through or has them not in view.
 
     Args:
         pixels: Of the points (u, v), shape (M, 2), in the picture `depth`.
@@ -81,5 +119,6 @@ def _hidden(
     """
     inside = ((pixels > -0.5) & (pixels < np.array(depth.shape[::-1]) - 0.5)).all(axis=-1)
     columns, rows = np.where(inside, np.round(pixels).T, 0).astype(int)
-    seen = depth[rows, columns]
-    return inside & (np.isnan(seen) | arm[rows, columns] | (seen < depths - _BEHIND))
+    nearer, covered = depths - depth[rows, columns], inside & arm[rows, columns]  # NaN without depth
+    behind = inside & ~covered & (nearer > _BEHIND) & (nearer <= _ONE_BODY)
+    return _Said(covered, behind, inside & ~covered & ~(nearer <= _ONE_BODY))

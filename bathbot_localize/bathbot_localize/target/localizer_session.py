@@ -14,7 +14,7 @@ from bathbot_localize.arm.arm_shape import ArmShape
 from bathbot_localize.errors import LocalizeError
 from bathbot_localize.regions import SkinRegion
 from bathbot_localize.surface.disc import NoSkinError
-from bathbot_localize.target.body_cloud import BodyCloud
+from bathbot_localize.target.body_cloud import BodyCloud, Known
 from bathbot_localize.target.localizer import Frame, Localised, locate_all, make_frame, surface_of
 from bathbot_localize.target.roi_memory import RoiMemory
 from bathbot_localize.target.smoothing import TargetSmoother
@@ -48,6 +48,7 @@ class LocalizerSession:
         self._frames, self._frames_lock = FrameTree(), threading.Lock()
         self._arm_known = False
         self._body = BodyCloud(settings.cloud_voxel, settings.cloud_memory, settings.arm_margin)
+        self._body_problem = ""
         self._smoothers: dict[str, TargetSmoother] = {}
         self._looked: Localised | None = None
         self._surface_problem = ""
@@ -179,15 +180,23 @@ class LocalizerSession:
         self._surface_problem = ""
         return points
 
-    def body(self, depth: NDArray[np.float32], stamp: float) -> Array:
-        """Coarse cloud of all that is seen or was, but for the arm, base frame [m], shape (N, 3).
+    def body(self, depth: NDArray[np.float32], stamp: float) -> Known:
+        """Coarse cloud of all that is seen or was, but for the arm.
 
-        Only one thread may ask.
+        Only one thread may ask. A picture that does not show what it should is a problem until one does.
 
         Raises:
             LocalizeError: When the arm's pose at that time is not known.
         """
-        return self._body.update(self._frame(depth, stamp), stamp)
+        known = self._body.update(self._frame(depth, stamp), stamp)
+        self._body_problem = ""
+        if known.stamp < stamp:
+            when = "ever" if np.isinf(known.stamp) else f"for {stamp - known.stamp:.1f} s"
+            self._body_problem = (
+                f"the body is not seen {when}: no depth at {known.unseen:.0%} of the places where something "
+                "stood, or hidden by the arm for too long; is the lens free?"
+            )
+        return known
 
     def seen(self, now: float, depth: bool = False, regions: bool = False) -> None:
         """Note the time [s] at which a depth picture or a list of regions came."""
@@ -216,6 +225,8 @@ class LocalizerSession:
             return f"no corrected depth {_since(now - self._last_depth)}; does depth_corrector run?"
         if not now - self._last_regions <= 5.0 * limit:
             return f"no skin regions {_since(now - self._last_regions)}; does skin_detector run?"
+        if self._body_problem:
+            return self._body_problem
         if self._looked is not None and self.region in self._looked.refused:
             return f"{self.region}: {self._looked.refused[self.region]}"
         if self._roi is None:
