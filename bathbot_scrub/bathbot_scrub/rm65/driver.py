@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import DrivenArm
-from bathbot_scrub.arm.errors import ArmError, NotReadyError
+from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits, load_force_limits
 from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.rm65 import RM65
@@ -108,18 +108,14 @@ class ArmDriver:
     def retract(self) -> None:
         """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
 
+        Asked again while it leaves, nothing changes.
+
         Raises:
-            NotReadyError, UnreachableError: Joints or connection are in doubt; no way straight back.
+            NotReadyError, UnreachableError: Joints or connection are in doubt; no way straight back. The arm
+                goes on with what it did.
         """
         with self.loop.lock:
-            alarm = self.loop.alarm()
-            self.loop.where()
-            self.loop.guard.begin_retract(alarm)
-            try:
-                self.loop.leave()
-            except ArmError as error:
-                self.loop.guard.fault(f"cannot leave: {error}")
-                raise
+            self.loop.leave(self.loop.alarm())
 
     def home(self) -> None:
         """Fold the arm, from FREE, or from HOLD when the head is off the skin.

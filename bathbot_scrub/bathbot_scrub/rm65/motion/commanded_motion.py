@@ -4,6 +4,7 @@ A motion is a path with its pace. What is left of the one before it may still br
 """
 
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +63,14 @@ _STATE_OF = {  # in which a motion of a kind may go on after a stop
     MotionKind.SCRUB: State.CONTACT,
     MotionKind.LEAVE: State.RETRACTING,
 }
+
+
+class WayOut(NamedTuple):
+    """How to leave, planned before anything that runs is touched."""
+
+    start: Array  # joints [rad], shape (6,), where it begins
+    path: JointPath
+    pace: Pace
 
 
 class CommandedMotion:
@@ -151,8 +160,8 @@ class CommandedMotion:
         if self.runner is not None and self.kind is MotionKind.SCRUB:
             self.runner.share = share
 
-    def leave(self, start: Array) -> None:
-        """Leave along the outward normal at once while other motion brakes; in free air, the way it came.
+    def way_out(self, start: Array) -> WayOut:
+        """Plan to leave along the outward normal; in free air, the way it came. Changes nothing.
 
         Args:
             start: Joints [rad], shape (6,), last commanded or measured.
@@ -160,25 +169,32 @@ class CommandedMotion:
         Raises:
             UnreachableError: When there is no way straight back.
         """
-        self._trail = None
-        self.command = start
-        if self.runner is not None and not self.runner.at_rest:
-            self.brake()
-            self._trail = (self.runner, self.runner.path.at(self.runner.length))
-        if self._trail is not None and self.kind in _JOINT_MOVES:
-            path, pace = self._trail[0].path.back_from(self._trail[0].length, _BACK_OFF), _BACK_JOINTS
-        else:
-            path, pace = self._retract_path.path(start), self._retract_path.pace
-        self.runner, self.kind, self._pace = PathRunner(path, pace, self._period), MotionKind.LEAVE, pace
+        moving = self.runner is not None and not self.runner.at_rest
+        if moving and self.kind in _JOINT_MOVES:
+            return WayOut(start, self.runner.path.back_from(self.runner.length, _BACK_OFF), _BACK_JOINTS)
+        return WayOut(start, self._retract_path.path(start), self._retract_path.pace)
 
-    def leave_follower(self, start: Array) -> None:
-        """Leave someone who has come after the arm: what lies behind it now is no way it came.
+    def way_off_follower(self, start: Array) -> WayOut:
+        """Plan to leave someone who has come after the arm: what lies behind it now is no way it came.
 
         Raises:
-            UnreachableError: As `leave`; a CollisionError when something known is in the way.
+            UnreachableError: As `way_out`; a CollisionError when something known is in the way.
         """
-        self.leave(start)
-        self._retract_path.demand_free(self.runner.path)
+        way = self.way_out(start)
+        self._retract_path.demand_free(way.path)
+        return way
+
+    def leave(self, way: WayOut) -> None:
+        """Leave at once while other motion brakes; a straight line out takes the place of another."""
+        before, trail = self.runner, None if self._trail is None else self._trail[0]
+        if before is None or before.at_rest:
+            trail = None
+        elif not (self.kind is MotionKind.LEAVE and self._pace == way.pace):
+            self.brake()
+            trail = before
+        self._trail = None if trail is None else (trail, trail.path.at(trail.length))
+        self.command, self._pace = way.start, way.pace
+        self.runner, self.kind = PathRunner(way.path, way.pace, self._period), MotionKind.LEAVE
 
     def stand_at(self, joints: Array) -> None:
         """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""

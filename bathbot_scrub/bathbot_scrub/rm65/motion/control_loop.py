@@ -131,9 +131,17 @@ class ControlLoop:
             self.motion.brake()
         self.moving = True
 
-    def leave(self) -> None:
-        """Leave along the outward normal at once; lock, state and errors as for `begin`."""
-        self.motion.leave(self.where())
+    def leave(self, alarm: Alarm) -> None:
+        """Leave because someone asked; who asks again meanwhile changes nothing. The caller holds the lock.
+
+        Raises:
+            NotReadyError, UnreachableError: Joints are in doubt; no way straight back. All is as it was.
+        """
+        if self.guard.state is State.RETRACTING and (self.moving or self.guard.waiting):
+            return
+        way = self.motion.way_out(self.where())
+        self.guard.begin_retract(alarm)
+        self.motion.leave(way)
         self.moving = True
 
     def forget(self) -> None:
@@ -221,14 +229,17 @@ class ControlLoop:
         self._link.stop_behind()
 
     def _answer(self, followed: bool) -> None:
-        """Leave who presses on the head; in vain only once for each time."""
+        """Leave who presses on the head, or brake where there is no way; in vain only once for each time."""
+        motion = self.motion
         try:
-            (self.motion.leave_follower if followed else self.motion.leave)(self.where())
+            motion.leave((motion.way_off_follower if followed else motion.way_out)(self.where()))
             self.moving = True
-        except UnreachableError:
+        except UnreachableError as error:
             self.guard.could_not_leave()
             self._idle_contact.begin_anew()
-            raise
+            self._warn(str(error))
+            self.guard.fault(str(error))
+            motion.brake()
 
     def _come_to_rest(self) -> None:
         self.moving = False
