@@ -6,7 +6,7 @@ setup(
     name="bathbot_depthcorr",
     version="0.1.0",
     packages=find_packages(include=["bathbot_depthcorr*"]),
-    package_data={"bathbot_depthcorr": ["node/*.xml"]},
+    package_data={"bathbot_depthcorr": ["node/dds/*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/bathbot_depthcorr"]),
         ("share/bathbot_depthcorr", ["package.xml"]),

@@ -5,13 +5,14 @@ import subprocess
 import sys
 
 import pytest
-from bathbot_depthcorr.node import transport
+from bathbot_depthcorr.node.dds import transport
 
 pytestmark = pytest.mark.graph
 
 NODE = """
 import os, sys
-from bathbot_depthcorr.node import stage_node, transport
+from bathbot_depthcorr.node import stage_node
+from bathbot_depthcorr.node.dds import transport
 if sys.argv[1] == "udp":
     transport.keep_clear_of_shared_memory()
 import rclpy

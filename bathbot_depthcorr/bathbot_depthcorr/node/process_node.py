@@ -5,26 +5,43 @@ import os
 import signal
 import sys
 import threading
-from typing import NoReturn
+import traceback
 
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from bathbot_depthcorr.node.output import Output
 from bathbot_depthcorr.node.stage_node import StageNode
 
+_PATIENCE = 1.0  # [s] for the last lines: a terminal that stands still must not keep the process
 
-def run(node_type: type[StageNode]) -> None:
+
+def run(node_type: type[StageNode], *arguments: str) -> None:
     """Run one node until Ctrl-C or SIGTERM, then end the process; with exit code 2 when it could not start.
 
-    The signals only end the loop: the context stays valid until the node has left in order.
+    The signals only end the loop: the context stays valid until the node has left in order. The process ends
+    without the destructors of its libraries: those of Fast DDS race with its own threads, and a node that
+    had ended in order died of signal 11.
+
+    Args:
+        node_type: The node.
+        arguments: Of ROS, before those of the command line.
     """
+    output = Output()
     stopping = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopping.set())
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    _leave(0 if _served(node_type, stopping) else 2)
+    command = [sys.argv[0], "--ros-args", *arguments, "--", *sys.argv[1:]]
+    try:
+        rclpy.init(args=command, signal_handler_options=SignalHandlerOptions.NO)
+        code = 0 if _served(node_type, stopping) else 2
+    except Exception:
+        traceback.print_exc()
+        code = 1
+    output.close(_PATIENCE)
+    os._exit(code)
 
 
 def _served(node_type: type[StageNode], stopping: threading.Event) -> bool:
@@ -48,13 +65,3 @@ def _served(node_type: type[StageNode], stopping: threading.Event) -> bool:
         if node is not None:
             node.end()
         rclpy.try_shutdown()
-
-
-def _leave(code: int) -> NoReturn:
-    """End this process without the destructors of its libraries.
-
-    Those of Fast DDS race with its own threads, and a node that had ended in order died of signal 11.
-    """
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)

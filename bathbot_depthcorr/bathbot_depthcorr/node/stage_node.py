@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from bathbot_depthcorr.node import transport
+from bathbot_depthcorr.node.dds import transport
 
 os.environ.update(transport.defaults())
 

@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.node.dds.transport import keep_clear_of_shared_memory
 from bathbot_depthcorr.node.endpoints_node import guarded
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import OK, StageNode
-from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
 from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.timing.beat import Ticker
 from geometry_msgs.msg import Vector3

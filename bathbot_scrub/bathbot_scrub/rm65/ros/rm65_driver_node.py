@@ -3,10 +3,10 @@
 import sys
 
 from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.node.dds.transport import keep_clear_of_shared_memory
 from bathbot_depthcorr.node.long_work_node import outcome_of
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
-from bathbot_depthcorr.node.transport import keep_clear_of_shared_memory
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action.server import ServerGoalHandle
 from rclpy.qos import QoSProfile
@@ -118,7 +118,7 @@ def main() -> None:
     sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
     prefer_process()
     keep_clear_of_shared_memory()
-    run(Rm65Driver)
+    run(Rm65Driver, "--disable-external-lib-logs")  # a disk that hangs would hold the interpreter's lock
 
 
 if __name__ == "__main__":
