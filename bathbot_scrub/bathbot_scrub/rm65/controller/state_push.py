@@ -34,7 +34,7 @@ _POLL = 0.2  # [s] between looks at the stop flag
 class ArmSample(NamedTuple):
     """What the controller measured at one instant."""
 
-    stamp: float  # [s] time.monotonic() on arrival
+    stamp: float  # [s] on arrival
     joints: Array  # [rad], shape (6,)
     raw_wrench: Array  # [N, Nm], shape (6,), as measured, with weight and bias, sensor frame
     wrench: Array  # the same: external force at the sensor after zeroing

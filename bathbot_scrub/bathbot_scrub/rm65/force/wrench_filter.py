@@ -18,7 +18,7 @@ _LONGEST_STEP = 0.05  # [s]; after a longer gap the filter starts anew
 class HeadWrench(NamedTuple):
     """Wrench on the scrub head about its tip, axes of the head, [N, Nm]."""
 
-    stamp: float  # [s] time.monotonic()
+    stamp: float  # [s] on arrival
     raw: Array  # (6,)
     filtered: Array  # (6,) median of three, then first-order low-pass
     sudden: Array  # (6,) as measured where it goes on from the sample before, else what both have at least

@@ -19,7 +19,7 @@ _OWN_SURGE = 2.0  # times `surge`: while the head itself still moves towards the
 class Reading(NamedTuple):
     """What the guard looks at, at every sample; wrenches on the head about its tip, [N, Nm], shape (6,)."""
 
-    stamp: float  # [s] time.monotonic() when the newest sample arrived
+    stamp: float  # [s] when the newest sample arrived
     raw: Array  # as measured
     wrench: Array  # filtered
     sudden: Array  # as measured, but for single glitches

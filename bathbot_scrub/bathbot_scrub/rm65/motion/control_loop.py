@@ -179,12 +179,14 @@ class ControlLoop:
             self._fail(str(error) if isinstance(error, ArmError) else f"{type(error).__name__}: {error}")
 
     def _note_pause(self) -> None:
-        """Where this process was held up, the controller may have brought the arm to rest; or worse."""
+        """Where process or machine was held up, the controller may have brought the arm to rest; or worse."""
         stood = self._stopwatch.lap()
         if stood > _STOOD:
             self.motion.begin_anew()
-        if stood > self._stale_after and self.engaged:
-            raise NotReadyError(f"the driver itself stood still for {stood:.2f} s")
+        if stood > self._stale_after and (self.engaged or self.guard.state is not State.FREE):
+            raise NotReadyError(
+                f"the driver itself stood still for {stood:.2f} s: was it, or the machine, asleep?"
+            )
 
     def _send(self, joints: Array) -> None:
         """Send a command; use the pause behind it to plan the path off the skin."""

@@ -28,7 +28,7 @@ class Body(NamedTuple):
     """Points on the body, or on anything else the camera saw."""
 
     points: Array  # (M, 3) base frame [m]
-    stamp: float  # when all of them were known to be there, time.monotonic() [s]
+    stamp: float  # when all of them were known to be there [s]
 
 
 class Surroundings:

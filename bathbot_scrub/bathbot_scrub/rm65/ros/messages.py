@@ -1,6 +1,5 @@
 """Between the arm's arrays and ROS messages; the only place of this package part that knows both."""
 
-import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -35,6 +34,7 @@ from bathbot_scrub.arm.errors import (
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
 from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.motion.approach import Request, Touch
+from bathbot_scrub.rm65.timing.clock import MONOTONIC
 from bathbot_scrub.segment.messages import BASE, segment_from_message
 from bathbot_scrub.segment.segment import Segment
 
@@ -64,9 +64,9 @@ def approach_result(outcome: Touch | BathbotError, stamp: Time) -> Approach.Resu
     return Approach.Result(contact=pose_stamped(outcome.T_base_head, stamp), force=outcome.force)
 
 
-def stamp_of(monotonic: float, now: Time) -> Time:
-    """ROS time of an instant of time.monotonic() [s], given ROS time now."""
-    nanoseconds = now.sec * 10**9 + now.nanosec - round((time.monotonic() - monotonic) * 1e9)
+def stamp_of(instant: float, now: Time) -> Time:
+    """ROS time of an instant of the driver's clock [s], given ROS time now."""
+    nanoseconds = now.sec * 10**9 + now.nanosec - round((MONOTONIC() - instant) * 1e9)
     return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
@@ -109,7 +109,7 @@ def checked_segment(message: ScrubSegment) -> Segment:
 
 
 def body_from_cloud(message: PointCloud2, now: float) -> tuple[Array, float]:
-    """Points of a body cloud, shape (N, 3) [m], and the time of its picture, time.monotonic() [s].
+    """Points of a body cloud, shape (N, 3) [m], and the time of its picture on the driver's clock [s].
 
     Args:
         message: The cloud.
@@ -124,7 +124,7 @@ def body_from_cloud(message: PointCloud2, now: float) -> tuple[Array, float]:
     except MessageError as error:
         raise InvalidPoseError(f"the body cloud cannot be read: {error}") from error
     age = max(now - message.header.stamp.sec - 1e-9 * message.header.stamp.nanosec, 0.0)
-    return points[np.isfinite(points).all(axis=1)], time.monotonic() - age
+    return points[np.isfinite(points).all(axis=1)], MONOTONIC() - age
 
 
 def _check_frame(frame: str, what: str) -> None:

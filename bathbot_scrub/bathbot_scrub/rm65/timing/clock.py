@@ -12,8 +12,11 @@ class Clock:
     """The machine's own."""
 
     def __call__(self) -> float:
-        """Now [s], from some beginning; never goes back, whatever is done to the time of day."""
-        return time.monotonic()
+        """Now [s], from some beginning; never goes back, whatever is done to the time of day.
+
+        It goes on while the machine sleeps, as `time.monotonic` does not: what was seen before is old then.
+        """
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
 
     def sleep(self, seconds: float) -> None:
         """Let time pass [s] in the calling thread."""

@@ -4,7 +4,6 @@ What bathes keeps its own names; both may be used side by side, one motion at a 
 """
 
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -23,6 +22,7 @@ from bathbot_scrub.rm65.ros.vendor.messages import (
     share_from_message,
     sixforce_message,
 )
+from bathbot_scrub.rm65.timing.clock import MONOTONIC
 
 _PREFIX = "rm_driver/"
 _STATE = {
@@ -51,18 +51,18 @@ class VendorTopics:
         self._take(
             "movej_canfd_cmd",
             Jointpos,
-            lambda m: moves.stream(joints_from_message(m.joint), time.monotonic()),
+            lambda m: moves.stream(joints_from_message(m.joint), MONOTONIC()),
         )
         self._take(
             "movep_canfd_cmd",
             Cartepos,
-            lambda m: moves.stream_pose(flange_from_message(m.pose), time.monotonic()),
+            lambda m: moves.stream_pose(flange_from_message(m.pose), MONOTONIC()),
         )
         self._refused = ""
 
     def publish(self) -> None:
         """Send the newest state; call it at the rate wanted."""
-        self._driver.moves.tick(time.monotonic())
+        self._driver.moves.tick(MONOTONIC())
         sample = self._driver.link.sample
         if sample is None:
             return
