@@ -13,7 +13,7 @@ from bathbot_depthcorr.node.parameters import check, declared, setting
 from bathbot_depthcorr.node.stage_node import StageNode
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters, SetParametersAtomically
 from rclpy.action import ActionClient
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
@@ -100,9 +100,9 @@ def ask(graph, client: Node, kind: type, name: str, request=None):
     return caller.call_async(request or kind.Request())
 
 
-def change(graph, client: Node, transition: int) -> None:
+def change(graph, client: Node, transition: int, node: str = "stage") -> None:
     request = ChangeState.Request(transition=Transition(id=transition))
-    assert answer(graph, ask(graph, client, ChangeState, "stage/change_state", request)).success
+    assert answer(graph, ask(graph, client, ChangeState, f"{node}/change_state", request)).success
 
 
 def answer(graph, future):
@@ -228,21 +228,75 @@ def test_a_cancelled_goal_is_told_and_ends(graph, stage):
     assert answer(graph, result).result.error_msg == "the gate is open"
 
 
-def test_a_node_of_ours_describes_all_its_parameters(graph):
-    """In a process of its own, as a user runs it."""
-    names = list(declared(settings_type(NODES["rm65_driver"])))
-    command = [sys.executable, "-m", NODES["rm65_driver"], "--ros-args", "-p", "autostart:=false"]
+@pytest.fixture
+def driver(graph):
+    """The arm's driver in a process of its own, as a user runs it, not configured; gives a client's node."""
+    values = {"autostart": "false", "udp_port": 0, "port": 1}
+    told = [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
     environment = {**os.environ, "ROS_DOMAIN_ID": str(graph.domain)}
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [sys.executable, "-m", NODES["rm65_driver"], "--ros-args", *told],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+    )
     client = rclpy.create_node("client")
     graph.start(client)
     try:
         caller = client.create_client(DescribeParameters, "rm65_driver/describe_parameters")
         graph.wait_for(caller.service_is_ready, 40.0)
-        told = answer(graph, caller.call_async(DescribeParameters.Request(names=names))).descriptors
+        yield client
     finally:
         process.terminate()
         process.wait(20.0)
+
+
+def test_the_drivers_limits_and_deadlines_cannot_be_changed_in_any_state(graph, driver):
+    """Neither one by one nor all at once, nor taken away: not configured, inactive, active, and back."""
+    wanted = {"force_limits": "/tmp/other.yaml", "brake_after": 0.1, "leave_after": 15.0, "body_max_age": 9.0}
+    wanted |= {"home_needs_consent": False, "approach_speed": 0.05, "tool_mass": 0.5, "retract_speed": 0.2}
+    changes = [Parameter(name, value=value).to_parameter_msg() for name, value in wanted.items()]
+    gone = [Parameter(name).to_parameter_msg() for name in wanted]
+
+    def held():
+        values = ask(
+            graph, driver, GetParameters, "rm65_driver/get_parameters", GetParameters.Request(names=[*wanted])
+        )
+        return answer(graph, values).values
+
+    begun = held()
+    for transition in (
+        None,
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+        Transition.TRANSITION_DEACTIVATE,
+        Transition.TRANSITION_CLEANUP,
+    ):
+        if transition is not None:
+            change(graph, driver, transition, "rm65_driver")
+        for asked in (changes, gone):
+            singly = ask(
+                graph,
+                driver,
+                SetParameters,
+                "rm65_driver/set_parameters",
+                SetParameters.Request(parameters=asked),
+            )
+            together = ask(
+                graph, driver, SetParametersAtomically, "rm65_driver/set_parameters_atomically",
+                SetParametersAtomically.Request(parameters=asked),
+            )  # fmt: skip
+            results = [*answer(graph, singly).results, answer(graph, together).result]
+            assert len(results) == len(wanted) + 1
+            assert not any(result.successful for result in results)
+            assert all("read-only" in result.reason for result in results)
+        assert held() == begun
+
+
+def test_a_node_of_ours_describes_all_its_parameters(graph, driver):
+    names = list(declared(settings_type(NODES["rm65_driver"])))
+    request = DescribeParameters.Request(names=names)
+    described = ask(graph, driver, DescribeParameters, "rm65_driver/describe_parameters", request)
+    told = answer(graph, described).descriptors
     for name, descriptor in zip(names, told, strict=True):
         entry = declared(settings_type(NODES["rm65_driver"]))[name]
         assert (descriptor.description, descriptor.additional_constraints) == (entry.description, entry.rule)

@@ -100,7 +100,10 @@ def test_a_value_beside_the_range_is_refused_in_one_line(node, name):
     beside += [end + 1 for end in (setting.high,) if math.isfinite(end)]
     beside += [math.nan] if isinstance(setting.default, float) and setting.rule else []
     beside += ["nonsense"] if setting.choices else []
-    assert bool(beside) == bool(setting.rule and not setting.length)
+    if isinstance(setting.default, tuple):  # all numbers of it beside, or one too few
+        beside = [(end,) * setting.length for end in beside]
+        beside += [setting.default[1:]] if setting.length else []
+    assert bool(beside) == bool(setting.rule)
     for value in beside:
         with pytest.raises(BathbotError) as caught:
             kind(**{name: value})

@@ -77,7 +77,7 @@ def walled_arm(probe, **parameters):
     emulator = start("-c", EMULATOR, stdout=subprocess.PIPE)
     try:
         # the machine may be busy, hence the long deadlines
-        usual = {"brake_after": 1.0, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
+        usual = {"brake_after": 0.15, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
         driver = driver_node(port=int(emulator.stdout.readline()), **usual | parameters)
         with ended(driver):
             probe.until(lambda: probe.state()[2])

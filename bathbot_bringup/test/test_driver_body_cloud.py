@@ -39,7 +39,7 @@ class BodyProbe(Probe):
 @pytest.fixture(scope="module")
 def probe():
     probe = BodyProbe()
-    with walled_arm(probe, body_max_age=60.0):
+    with walled_arm(probe, body_max_age=10.0):
         yield probe
     probe.close()
 

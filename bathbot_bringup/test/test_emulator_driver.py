@@ -158,7 +158,9 @@ def test_something_in_the_way_to_the_standoff_sends_it_back():
         pytest.param({"T_base_target": TARGET + 0.5 * np.eye(4, k=3)}, UnreachableError, id="far"),
         pytest.param({"region": "Knee"}, ArmSettingsError, id="region"),
         pytest.param({"standoff": float("nan")}, InvalidPoseError, id="standoff"),
+        pytest.param({"standoff": 1e-6}, InvalidPoseError, id="stand-off on the skin"),
         pytest.param({"speed": -1.0}, InvalidPoseError, id="speed"),
+        pytest.param({"speed": 0.2}, InvalidPoseError, id="faster than the guard was judged at"),
     ],
 )
 def test_what_cannot_be_done_is_refused_before_anything_moves(cell, request_, error):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 from bathbot_depthcorr.errors import SettingsError
-from bathbot_depthcorr.node.parameters import Setting, check, positive, same, setting
+from bathbot_depthcorr.node.parameters import Setting, check, same, setting
 from bathbot_depthcorr.node.parameters_node import descriptor
 
 SPEED = Setting(0.5, "Speed of something that moves; slow is safe", "m/s", above=0.0, high=2.0)
@@ -51,7 +51,9 @@ def test_the_unit_stands_behind_the_first_clause():
 
 @dataclass(frozen=True)
 class Upstream:
-    rate: float = positive(5.0, "Rate of something that is done again and again", "Hz")
+    rate: float = setting(
+        5.0, "Rate of something that is done again and again", "Hz", above=0.0, below=math.inf
+    )
 
     def __post_init__(self) -> None:
         check(self, SettingsError)

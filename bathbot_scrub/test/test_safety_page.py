@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+from bathbot_depthcorr.node.parameters import declared
 from bathbot_scrub.arm.states import TRANSITIONS
 from bathbot_scrub.rm65.guard.watchdogs import WATCHDOGS
+from bathbot_scrub.rm65.settings import DriverSettings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
 
@@ -19,3 +21,16 @@ def test_the_table_shows_every_watchdog_and_no_other():
     rows = PAGE.split(head)[1].split("\n\n")[0].strip().splitlines()[1:]
     shown = [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows]
     assert shown == [(dog.name, dog.watches, dog.deadline, dog.reaction.name) for dog in WATCHDOGS]
+
+
+def test_the_table_of_bounds_is_that_of_the_settings():
+    section = PAGE.split("## Bounds of what can be set")[1].split("\n## ")[0]
+    settings, told = declared(DriverSettings), set()
+    for line in re.findall(r"^\| `.*", section, re.MULTILINE):
+        names, bounds, _ = (cell.strip() for cell in line.strip("|").split("|"))
+        numbers = [float(number) for number in re.findall(r"(?<![\^\d.])\d+(?:\.\d+)?", bounds)]
+        for name, number in zip(re.findall(r"`(\w+)`", names), numbers, strict=True):
+            end = settings[name].least if "at least" in bounds else settings[name].most
+            assert number == end, name
+            told.add(name)
+    assert len(told) > 20

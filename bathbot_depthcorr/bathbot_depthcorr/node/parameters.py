@@ -110,11 +110,6 @@ def setting(default: Any, about: str, unit: str = "", **rule: Any) -> Any:
     return field(default=default, metadata={"setting": Setting(default, about, unit, **rule)})
 
 
-def positive(default: float, about: str, unit: str = "") -> Any:
-    """A setting above 0 and finite."""
-    return setting(default, about, unit, above=0.0, below=math.inf)
-
-
 def same(settings_type: type, name: str) -> Any:
     """A field with the setting that another dataclass declares under this name."""
     entry = declared(settings_type)[name]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.node.parameters import declared
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.arm.errors import (
@@ -26,7 +27,7 @@ from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
-from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.settings import LEAST_STANDOFF, DriverSettings
 
 Array = NDArray[np.float64]
 _MOTION_TIMEOUT = 60.0  # [s] no single motion lasts longer
@@ -85,11 +86,9 @@ class Approach:
             InvalidPoseError, UnreachableError, NotReadyError, NoContactError, ForceLimitError, CanceledError.
         """
         target, limits = check_poses(request.T_base_target), self._limits.region(request.region)
+        # what was asked for is bound as the settings are: the way to a stand-off on the skin is a fast one
         standoff = _chosen("standoff", request.standoff, self._settings.standoff)
-        # the guard's reaction was judged at the setting's speed
-        speed = min(
-            _chosen("speed", request.speed, self._settings.approach_speed), 2 * self._settings.approach_speed
-        )
+        speed = _chosen("approach_speed", request.speed, self._settings.approach_speed)
         if not self._one.acquire(blocking=False):
             raise NotReadyError("another approach is on its way; cancel it first")
         try:
@@ -114,7 +113,7 @@ class Approach:
         for share in _SHORTER:
             try:
                 return self._planner.to_touch(
-                    start, target, share * standoff, self._settings.max_extra, speed
+                    start, target, max(share * standoff, LEAST_STANDOFF), self._settings.max_extra, speed
                 )
             except UnreachableError as error:
                 first = first or error
@@ -193,6 +192,7 @@ def _why(guard: ForceGuard) -> ArmError:
 
 
 def _chosen(name: str, value: float, default: float) -> float:
-    if not (math.isfinite(value) and value >= 0.0):
-        raise InvalidPoseError(f"{name} must be finite and not negative, got {value}; 0 takes the setting")
+    rule = declared(DriverSettings)[name]
+    if not rule.allows(value or default):
+        raise InvalidPoseError(f"{name} {rule.rule}, got {value}; 0 takes the setting")
     return value or default
