@@ -1,6 +1,7 @@
 """Small notations of the command line, what is wrong with a bad one, and options that commands share."""
 
 import re
+from collections.abc import Mapping
 
 import typer
 
@@ -32,6 +33,22 @@ def seed_list(text: str) -> list[int]:
             )
         seeds += range(first, last + 1)
     return list(dict.fromkeys(seeds))
+
+
+def name_list(text: str) -> list[str]:
+    """Read names with commas between; none of an empty text."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def refuse_with(what: str, options: Mapping[str, object]) -> None:
+    """Refuse options that mean nothing with another, or without it.
+
+    Raises:
+        InputError: When one of them was given.
+    """
+    for option, given in options.items():
+        if given:
+            raise InputError(f"{option} means nothing with {what}; leave it out")
 
 
 def count_or_seeds(text: str) -> list[int]:

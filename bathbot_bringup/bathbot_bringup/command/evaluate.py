@@ -4,7 +4,7 @@ from pathlib import Path
 
 import typer
 
-from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE
+from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE, name_list, refuse_with, seed_list
 
 app = typer.Typer(
     help="Measure, over many pictures or many seeds.", no_args_is_help=False, rich_markup_mode=None
@@ -109,7 +109,6 @@ def demo(
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.bathing.settings import DemoSettings
     from bathbot_bringup.bathing.steps import full_region_name
-    from bathbot_bringup.command.arguments import seed_list
     from bathbot_bringup.evaluation.demo import evaluate_demo
     from bathbot_bringup.graph.installation import SIM_CALIBRATION
 
@@ -139,7 +138,6 @@ def localization(
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.bathing.settings import DemoSettings
     from bathbot_bringup.bathing.steps import full_region_name
-    from bathbot_bringup.command.arguments import seed_list
     from bathbot_bringup.evaluation.localization import evaluate_localization
     from bathbot_bringup.graph.installation import SIM_CALIBRATION
 
@@ -169,7 +167,6 @@ def regions(
       bathbot evaluate regions --region face --model skin_int8.onnx
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.bathing.steps import full_region_name
-    from bathbot_bringup.command.arguments import seed_list
     from bathbot_bringup.evaluation.regions import evaluate_regions
 
     raise typer.Exit(evaluate_regions(seed_list(seeds), full_region_name(region), scenario, model, json_file))
@@ -182,26 +179,44 @@ def safety(
         "0-19", help="Seeds such as 3, 0-19 or 0-4,7: another person, place and moment."
     ),
     faults: str = typer.Option("", help="Names of faults with commas between; all if left out."),
-    jobs: int = typer.Option(1, help="Graphs at a time; each takes about one core."),
+    jobs: int = typer.Option(
+        0, help="Graphs at a time, each takes about one core; or trials of a sweep. 0: one graph; all cores."
+    ),
     markdown_file: Path = typer.Option(None, "--markdown", help="Write the table to this Markdown file."),
     picture: Path = typer.Option(None, help="Draw every trial's stop time to this PNG file."),
     out: Path = typer.Option(None, help="Folder that keeps traces and logs; a temporary one if left out."),
+    sweep: str = typer.Option("", help="Instead: meet a body in virtual time: pushes, leans or paths."),
+    cases: str = typer.Option(
+        "", help="Cases of the sweep with commas between, * fits anything; all if left out."
+    ),
 ) -> None:
     """Make everything fail that can, and measure how the arm stops.
 
     The real driver against the emulated controller beside a simulated person, over DDS and the vendor's
     protocol. The exit code is 0 only if after every fault the arm stood or left within the deadline.
 
+    With --sweep, the driver against the emulated arm in virtual time, where the body comes at many speeds;
+    the exit code is 0 only if the body was never met harder than its region allows.
+
     \b
       bathbot evaluate safety --json safety.json --jobs 2
       bathbot evaluate safety --seeds 0-3 --faults body_push,lost_udp
+      bathbot evaluate safety --sweep pushes --json pushes.json
+      bathbot evaluate safety --sweep leans --seeds 7 --cases "blind-face-*"
     """  # noqa: D301 - \b keeps the lines of examples
-    from bathbot_bringup.command.arguments import seed_list
+    if sweep:
+        from bathbot_bringup.evaluation.safety.sweep.sweep_run import SafetySweep, sweep_safety
+
+        refuse_with("--sweep", {"--faults": faults, "--picture": picture, "--out": out})
+        swept = SafetySweep(sweep, seed_list(seeds), name_list(cases), jobs, json_file, markdown_file)
+        raise typer.Exit(sweep_safety(swept))
+
     from bathbot_bringup.evaluation.safety.run import SafetyEvaluation, evaluate_safety
 
-    names = [name.strip() for name in faults.split(",") if name.strip()]
+    refuse_with("no --sweep", {"--cases": cases})
+    names = name_list(faults)
     raise typer.Exit(
         evaluate_safety(
-            SafetyEvaluation(seed_list(seeds), names, jobs, json_file, markdown_file, picture, out)
+            SafetyEvaluation(seed_list(seeds), names, jobs or 1, json_file, markdown_file, picture, out)
         )
     )

@@ -155,18 +155,38 @@ class VirtualCell:
             Request(**{"T_base_target": TARGET, "region": self.region_name} | changes)
         )
 
-    def scrub(self, depth: float = 0.005, speed: float = 0.05, region: str = "", **changes: Any) -> None:
-        """Begin a stroke to and fro without end, `depth` [m] in the skin at rest; `region` if not the skin's.
+    def scrub(self, depth: float = 0.005, speed: float = 0.05) -> None:
+        """Begin a stroke to and fro without end, `depth` [m] in the skin at rest; as `follow`."""
+        out = np.arange(0.0, _STROKE, _POSE)
+        along = np.concatenate([out, _STROKE - out, -out, out - _STROKE])
+        self.follow(self.poses(along, depth), speed)
+
+    def sinking(self, depth: float) -> Array:
+        """Poses to one side and back that sink from the skin to `depth` [m], for `follow`."""
+        out = np.arange(0.0, _STROKE, _POSE)
+        along = np.concatenate([out, _STROKE - out])
+        return self.poses(along, np.linspace(0.0, depth, len(along)))
+
+    def poses(self, along: Array, depth: Array | float) -> Array:
+        """Head poses `along` y of the target [m], shape (N,), `depth` [m] in the skin at rest, (N, 4, 4)."""
+        poses = np.tile(TARGET, (len(along), 1, 1))
+        poses[:, :3, 3] += along[:, None] * _SIDE + np.reshape(depth, (-1, 1)) * AXIS
+        return poses
+
+    def follow(self, poses: Array, speed: float, region: str = "", pieces: int = 0) -> None:
+        """Follow poses, (N, 4, 4), fed as the planner does until the driver takes no more.
+
+        Args:
+            poses: Of the head, N a multiple of the segment's length.
+            speed: Wanted [m/s].
+            region: That the segments name; the skin's own if left out.
+            pieces: Segments after which the path ends; 0: it begins again and again.
 
         Raises:
             ArmError: When the first segment is refused.
         """
-        out = np.arange(0.0, _STROKE, _POSE)
-        along = np.concatenate([out, _STROKE - out, -out, out - _STROKE])
-        stroke = np.tile(TARGET, (len(along), 1, 1))
-        stroke[:, :3, 3] += along[:, None] * _SIDE + depth * AXIS
         self._path_id += 1
-        player = StrokePlayer(self._path_id, region or self.region_name, stroke, speed, **changes)
+        player = StrokePlayer(self._path_id, region or self.region_name, poses, speed, pieces)
         self.driver.follow(player.take())
         self.after(_FEED, lambda: self._feed(player))
 
