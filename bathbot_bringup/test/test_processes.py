@@ -83,6 +83,28 @@ def test_stop_leaves_nothing_behind_even_of_the_stubborn(tmp_path):
     assert [child.process.poll() for child in children] == [-signal.SIGINT, -signal.SIGKILL]
 
 
+def test_what_others_need_to_end_in_order_ends_last(tmp_path):
+    """Started first, like the emulated controller; the other is slow to leave and says what it found."""
+    leaving = textwrap.dedent("""
+        import os, signal, sys, time
+        def leave(*_):
+            time.sleep(0.5)
+            os.kill(int(sys.argv[1]), 0)
+            print("it is there still", flush=True)
+            raise SystemExit
+        signal.signal(signal.SIGINT, leave)
+        print("up", flush=True)
+        time.sleep(60)
+    """)
+    group = ProcessGroup(tmp_path, isolated_environment(99, tmp_path))
+    needed = group.start("needed", python("import time; time.sleep(60)"), last=True)
+    other = group.start("other", [*python(leaving), str(needed.process.pid)])
+    wait_for(lambda: other.last_line() == "up")
+    group.stop()
+    assert other.last_line().endswith("it is there still")
+    assert needed.process.poll() == -signal.SIGINT
+
+
 def test_an_exception_ends_the_children(tmp_path):
     started = []
 

@@ -1,8 +1,12 @@
 """The arm's nodes as processes over DDS: `rm65_driver` against an emulator with a wall, and `sim_rm65`."""
 
+import signal
+
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from bathbot_bringup.sim.arm.emulator.emulator import Emulator
+from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.arm.trace import load_trace
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
 from bathbot_depthcorr.ros.pose_decoding import transforms_from_poses
@@ -10,7 +14,7 @@ from bathbot_localize.messages import pose_from_transform
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES
 from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.segment.messages import message_from_segment
-from emulator_cell import TARGET, segments
+from emulator_cell import AXIS, READY_DEG, TARGET, Wall, segments
 from emulator_probe import Probe, driver_node, ended, free_port, node, walled_arm
 from numpy.testing import assert_allclose
 
@@ -179,3 +183,18 @@ def test_the_whole_job_over_dds(probe, arm):
     assert probe.call("home").success
     probe.until(lambda: probe.state()[:2] == (ArmState.FREE, "at home"))
     assert "remain" in probe.call("zero_force").message
+
+
+def test_a_driver_that_is_interrupted_on_the_skin_leaves_it_first(probe):
+    """The true head, as the emulated controller has it, after Ctrl-C to the driver, twice."""
+    usual = {"brake_after": 1.0, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
+    with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), Wall()) as emulator:
+        with ended(driver_node(port=emulator.port, joint_speed=2.0, **usual)) as driver:
+            probe.until(lambda: probe.state()[2])
+            outcome = probe.result(probe.send(probe.goal()).get_result_async())
+            assert outcome.status == GoalStatus.STATUS_SUCCEEDED
+            assert emulator.truth().contact.compression > 0.0
+            driver.send_signal(signal.SIGINT)
+        probe.newest.clear()
+        away = emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
+        assert away @ -AXIS > 0.05

@@ -20,6 +20,7 @@ class NodeEntry(NamedTuple):
     module: str
     niceness: int
     about: str
+    last: bool = False  # whether it ends only when the others have: they need it to end in order
 
     @property
     def package(self) -> str:
@@ -35,7 +36,7 @@ class NodeEntry(NamedTuple):
 NODES = {
     entry.name: entry
     for entry in (
-        NodeEntry("sim_rm65", "bathbot_bringup.sim.arm.sim_rm65_node", 0, "simulated RM65 controller"),
+        NodeEntry("sim_rm65", "bathbot_bringup.sim.arm.sim_rm65_node", 0, "simulated RM65 controller", True),
         NodeEntry("rm65_driver", "bathbot_scrub.rm65.ros.rm65_driver_node", 0, "arm and force guard"),
         NodeEntry("scrub_planner", "bathbot_scrub.scrub_planner_node", 5, "scrub path in segments"),
         NodeEntry("target_localizer", "bathbot_localize.target_localizer_node", 5, "pixel to pose"),

@@ -27,6 +27,7 @@ class Child(NamedTuple):
     name: str
     process: subprocess.Popen
     log: Path
+    last: bool = False  # whether it ends only when the others have
 
     def last_line(self) -> str:
         """Quote the last line that tells something: an error or loose text before mere information."""
@@ -101,13 +102,14 @@ class ProcessGroup:
         """End all that were started, whatever happened."""
         self.stop()
 
-    def start(self, name: str, command: Sequence[str], niceness: int = 0) -> Child:
+    def start(self, name: str, command: Sequence[str], niceness: int = 0, last: bool = False) -> Child:
         """Start one process in a group of its own, so that Ctrl-C reaches only this program.
 
         Args:
             name: Of the node; its log is named so.
             command: Program and arguments.
             niceness: How much more willing to wait than this program the process is, 0..19.
+            last: Whether it ends only when the others have: the arm needs its controller to leave the skin.
         """
         log = self._logs / f"{name}.log"
         with held_back(), log.open("wb") as output:  # nobody would end a process that is not in the list
@@ -115,7 +117,7 @@ class ProcessGroup:
                 command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                 env=self._environment, process_group=0, preexec_fn=_end_with_parent,
             )  # fmt: skip
-            child = Child(name, process, log)
+            child = Child(name, process, log, last)
             self.children.append(child)
         if niceness:
             os.setpriority(
@@ -158,13 +160,17 @@ class ProcessGroup:
             time.sleep(_POLL)
 
     def stop(self) -> None:
-        """End every process."""
+        """End every process, those that are `last` when the others have ended."""
         with _undisturbed():
-            for number, seconds in self._patience:
-                alive = [child for child in self.children if child.process.poll() is None]
-                for child in alive:
-                    child.process.send_signal(number)
-                deadline = time.monotonic() + seconds
-                while any(child.process.poll() is None for child in alive) and time.monotonic() < deadline:
-                    time.sleep(_POLL)
+            for last in (False, True):
+                self._end([child for child in self.children if child.last is last])
         self.children.clear()
+
+    def _end(self, children: Sequence[Child]) -> None:
+        for number, seconds in self._patience:
+            alive = [child for child in children if child.process.poll() is None]
+            for child in alive:
+                child.process.send_signal(number)
+            deadline = time.monotonic() + seconds
+            while any(child.process.poll() is None for child in alive) and time.monotonic() < deadline:
+                time.sleep(_POLL)

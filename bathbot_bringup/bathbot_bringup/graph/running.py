@@ -73,7 +73,7 @@ def start_node(group: ProcessGroup, name: str, parameters: Parameters | None = N
         InputError: When there is no node of this name.
     """
     entry = find_node(name)
-    return group.start(entry.name, node_command(entry, parameters), entry.niceness)
+    return group.start(entry.name, node_command(entry, parameters), entry.niceness, entry.last)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import DrivenArm
-from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.errors import ArmError, NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits, load_force_limits
 from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.rm65 import RM65
@@ -31,6 +31,7 @@ from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 from bathbot_scrub.segment.segment import Segment
 
 Array = NDArray[np.float64]
+_LEFT, _BRAKED = 2.0, 1.0  # [s] for the head to be off the skin, and for the arm to stand, in the end
 _CLEARED = 0.2  # [s] within which a sample without the error must have come
 
 
@@ -74,7 +75,7 @@ class ArmDriver:
             clock: Of everything here.
         """
         self.settings, self.limits, self.arm, self.link = settings, limits, arm, link
-        self._clock = clock
+        self._clock, self._warn = clock, warn
         pace = Pace(settings.joint_speed, settings.joint_acceleration, 10.0 * settings.joint_acceleration)
         self.surroundings = Surroundings(self.arm, settings, clock)
         home = np.radians(settings.home_deg)
@@ -213,12 +214,27 @@ class ArmDriver:
         )
 
     def close(self) -> None:
-        """Brake, and end everything."""
+        """Leave the skin, brake, and end everything; takes a few seconds at most."""
+        self._leave_at_last()
         self.stop()
         with self.loop.lock:
-            self.loop.lock.wait_for(lambda: not self.loop.moving, 1.0)
+            self.loop.lock.wait_for(lambda: not self.loop.moving, _BRAKED)
         self.loop.thread.close()
         self.link.close()
+
+    def _leave_at_last(self) -> None:
+        """Take the head off the skin if it may touch, or say why it stays there."""
+        loop, told = self.loop, ""
+        with loop.lock:
+            if not loop.guard.touching:
+                return
+            try:
+                loop.leave(loop.alarm())
+                loop.lock.wait_for(lambda: loop.guard.state is not State.RETRACTING, _LEFT)
+            except ArmError as error:
+                told = str(error)
+            if loop.guard.touching:
+                self._warn(f"the head may still be on the skin: {told or loop.guard.reason}")
 
 
 def rm65_driver(settings: DriverSettings, warn: Callable[[str], None] = lambda _: None) -> ArmDriver:
