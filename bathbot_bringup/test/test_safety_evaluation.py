@@ -153,7 +153,19 @@ def test_one_fault_end_to_end(tmp_path: Path):
     assert files["png"].stat().st_size > 1000
 
 
-@pytest.mark.parametrize("arguments", [["--jobs", "0"], ["--faults", "flood"], ["--seeds", "x"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--jobs", "0"],
+        ["--faults", "flood"],
+        ["--seeds", "x"],
+        ["--cases", "rest-*"],
+        ["--sweep", "shoves"],
+        ["--sweep", "pushes", "--jobs", "0"],
+        ["--sweep", "pushes", "--cases", "rest-nose-20"],
+        ["--sweep", "pushes", "--faults", "body_push"],
+    ],
+)
 def test_bad_input_is_refused_before_anything_starts(arguments, capsys):
     assert run(["evaluate", "safety", *arguments]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -180,7 +180,8 @@ def safety(
     ),
     faults: str = typer.Option("", help="Names of faults with commas between; all if left out."),
     jobs: int = typer.Option(
-        0, help="Graphs at a time, each takes about one core; or trials of a sweep. 0: one graph; all cores."
+        None,
+        help="Graphs at a time, one if left out: each takes about one core; trials of a sweep: all cores.",
     ),
     markdown_file: Path = typer.Option(None, "--markdown", help="Write the table to this Markdown file."),
     picture: Path = typer.Option(None, help="Draw every trial's stop time to this PNG file."),
@@ -217,6 +218,8 @@ def safety(
     names = name_list(faults)
     raise typer.Exit(
         evaluate_safety(
-            SafetyEvaluation(seed_list(seeds), names, jobs or 1, json_file, markdown_file, picture, out)
+            SafetyEvaluation(
+                seed_list(seeds), names, 1 if jobs is None else jobs, json_file, markdown_file, picture, out
+            )
         )
     )

@@ -31,15 +31,15 @@ class SafetySweep:
     name: str
     seeds: Sequence[int]
     cases: Sequence[str] = ()  # names, where * stands for anything; none: all
-    jobs: int = 0  # trials at a time; 0: one a core
+    jobs: int | None = None  # trials at a time; None: one a core
     json_file: Path | None = None
     markdown_file: Path | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be swept."""
         choose_cases(self.name, self.cases)
-        if not 0 <= self.jobs <= 256:
-            raise InputError(f"jobs must lie between 0 and 256, got {self.jobs}")
+        if self.jobs is not None and not 1 <= self.jobs <= 256:
+            raise InputError(f"jobs must lie between 1 and 256, got {self.jobs}")
 
 
 def sweep_safety(settings: SafetySweep, console: Console | None = None) -> int:
