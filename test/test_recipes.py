@@ -88,6 +88,7 @@ def test_the_threshold_decides_where_the_recipe_says(threshold, action, tmp_path
     file.write_text(yaml.safe_dump(document), encoding="utf-8")
     limits = load_force_limits(file)
     guard = ForceGuard(limits)
+    guard.vouch("at home")
     guard.begin_approach(limits.region("Trunk_skin"))
     guard.begin_seeking()
     assert [guard.check(pressed(force), QUIET, False) for force in (1.5, 6.0)] == [Action.STOP, action]

@@ -39,6 +39,7 @@ def felt_at(limits):
     """Force at which a search ends in contact."""
     for force in np.arange(0.05, 3.0, 0.05):
         guard = ForceGuard(limits)
+        guard.vouch("at home")
         guard.begin_approach(limits.region("Trunk_skin"))
         guard.begin_seeking()
         guard.check(reading(force), QUIET, True)

@@ -39,6 +39,7 @@ def check(guard, felt, alarm=QUIET, moving=None):
 
 def guard_in(state, region=TRUNK):
     guard = ForceGuard(LIMITS)
+    guard.vouch("at home")
     if state is not State.FREE:
         guard.begin_approach(region)
     if state in (State.CONTACT, State.RETRACTING):
@@ -150,6 +151,7 @@ def test_an_asked_retract_ends_free():
 @pytest.mark.parametrize("needs_consent", [True, False])
 def test_after_a_forced_retract_someone_must_allow_the_next_motion(needs_consent):
     guard = ForceGuard(LIMITS, needs_consent)
+    guard.vouch("at home")
     guard.begin_approach(TRUNK)
     guard.begin_seeking()
     check(guard, reading((0.0, 0.0, -11.0)))

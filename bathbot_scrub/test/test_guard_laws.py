@@ -37,6 +37,7 @@ def happen(guard, event, alarm):
 def run(steps):
     """Each step: guard, state before the event, before the check, action, force, alarm, whether it moves."""
     guard = ForceGuard(LIMITS)
+    guard.vouch("at home")
     for event, force, moving, alarm in steps:
         before = guard.state
         happen(guard, event, alarm)

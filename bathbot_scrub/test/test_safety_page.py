@@ -4,7 +4,9 @@ import re
 from pathlib import Path
 
 from bathbot_depthcorr.node.parameters import declared
+from bathbot_scrub.arm.force_limits import shipped_force_limits
 from bathbot_scrub.arm.states import TRANSITIONS
+from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.watchdogs import WATCHDOGS
 from bathbot_scrub.rm65.settings import DriverSettings
 
@@ -14,6 +16,11 @@ PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="ut
 def test_the_diagram_shows_every_transition_and_no_other():
     drawn = re.findall(r"^    ([A-Z]+) --> ([A-Z]+): (.+)$", PAGE, re.MULTILINE)
     assert drawn == [(way.before.name, way.after.name, way.because) for way in TRANSITIONS]
+
+
+def test_the_diagram_begins_where_the_guard_does():
+    begun = ForceGuard(shipped_force_limits()).state.name
+    assert re.findall(r"^    \[\*\] --> ([A-Z]+)", PAGE, re.MULTILINE) == [begun]
 
 
 def test_the_table_shows_every_watchdog_and_no_other():

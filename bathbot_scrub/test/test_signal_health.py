@@ -1,6 +1,5 @@
 """What the watchdogs look at, from samples and commands."""
 
-
 import numpy as np
 import pytest
 from bathbot_scrub.rm65.controller.state_push import ArmSample
@@ -61,3 +60,37 @@ def test_datagrams_that_cannot_be_read_count_until_one_can():
     assert health.signals(1.1, TCP, BUSY).refused == 2
     health.sample(sample(1.2))
     assert health.signals(1.2, TCP, BUSY).refused == 0
+
+
+@pytest.mark.parametrize("axis", range(6))
+def test_a_force_of_which_one_part_is_no_number_is_none(axis):
+    broken = np.where(np.arange(6) == axis, np.nan, 0.1)
+    signals = fed(*[sample(0.005 * k, broken) for k in range(20)]).signals(0.1, TCP, BUSY)
+    assert not signals.finite
+    assert signals.repeats == 0  # that is said by `finite`, and never the same as itself
+
+
+def test_a_joint_that_stands_is_found_however_long_the_machine_has_run():
+    """The age of a sample is what is not known of the joints: counted from its stamp, at any time of day."""
+    health = SignalHealth(TOLERANCE, PERIOD)
+    for count in range(40):
+        now = 5000.0 + PERIOD * count
+        health.sample(sample(now - 0.003))
+        health.command(np.full(6, 0.01 * count), now)
+    signals = health.signals(5000.4, TCP, BUSY)
+    assert signals.lag.lasts > 10
+    assert signals.lag.beyond > 2 * TOLERANCE
+
+
+def test_a_sample_that_is_old_explains_as_much_of_a_lag_as_it_is_old():
+    """Commands of 0.3 rad/s; the joints are where they were told to be 0.20 s ago, or seem so only."""
+    lags = []
+    for late in (0.0, 0.15):
+        health = SignalHealth(TOLERANCE, PERIOD)
+        for count in range(100):
+            now = 5000.0 + PERIOD * count
+            health.sample(sample(now - late, joints=np.full(6, 0.003 * (count - 20))))
+            health.command(np.full(6, 0.003 * count), now)
+        lags.append(health.signals(5001.0, TCP, BUSY).lag)
+    assert lags[0].lasts > 10
+    assert lags[1].lasts == 0

@@ -64,6 +64,15 @@ def test_every_watchdog_barks_with_its_reaction_and_says_what_is_wrong(dog):
     assert gravest(list(alarms.values())).reaction is max(a.reaction for a in alarms.values())
 
 
+def test_what_each_watchdog_leaves_to_be_trusted():
+    """Written out here, for it decides who is left, who is stood still for, and who may call arm/retract."""
+    doubts_force = {"silence", "unreadable", "no_force", "frozen_force", "force_sensor_error"}
+    doubts_joints = {"silence", "unreadable", "controller_error", "joint_error", "following_error"}
+    doubts_joints |= {"not_following", "tcp_lost", "tcp_deaf", "no_power"}
+    assert {dog.name for dog in WATCHDOGS if not dog.force} == doubts_force
+    assert {dog.name for dog in WATCHDOGS if not dog.joints} == doubts_joints
+
+
 @pytest.mark.parametrize("dog", WATCHDOGS, ids=lambda dog: dog.name)
 def test_every_deadline_is_a_parameter_that_acts(dog):
     if dog.deadline not in {field.name for field in dataclasses.fields(DriverSettings)}:

@@ -33,6 +33,7 @@ class Cause(Enum):
     """Why the guard ended a motion."""
 
     NONE = "none"
+    START = "just started"
     NO_CONTACT = "no contact"
     FORCE = "force"
     DATA = "data"
@@ -50,12 +51,12 @@ class Transition(NamedTuple):
 TRANSITIONS = (
     Transition(State.FREE, State.APPROACH, "asked to approach or to go home"),
     Transition(State.FREE, State.RETRACTING, "asked, or followed by the person it left"),
-    Transition(State.FREE, State.HOLD, "stopped"),
+    Transition(State.FREE, State.HOLD, "stopped, or touched for long"),
     Transition(State.FREE, State.FAULT, "error of the program"),
     Transition(State.APPROACH, State.CONTACT, "skin felt"),
     Transition(State.APPROACH, State.FREE, "at home"),
-    Transition(State.APPROACH, State.HOLD, "nothing felt, paused or stopped"),
-    Transition(State.APPROACH, State.RETRACTING, "too much force, or asked"),
+    Transition(State.APPROACH, State.HOLD, "nothing felt, paused or stopped, or touched for long"),
+    Transition(State.APPROACH, State.RETRACTING, "too much force, idle too long, or asked"),
     Transition(State.APPROACH, State.FAULT, "watchdog"),
     Transition(State.CONTACT, State.RETRACTING, "too much force, idle too long, or asked"),
     Transition(State.CONTACT, State.HOLD, "paused or stopped"),
@@ -65,11 +66,13 @@ TRANSITIONS = (
     Transition(State.RETRACTING, State.FAULT, "hard limit passed, or watchdog"),
     Transition(State.HOLD, State.APPROACH, "asked off the skin and allowed, or resumed"),
     Transition(State.HOLD, State.CONTACT, "resumed"),
-    Transition(State.HOLD, State.FREE, "allowed to go on"),
+    Transition(State.HOLD, State.FREE, "allowed to go on, or just started at home"),
     Transition(State.HOLD, State.RETRACTING, "too much force, idle too long, or asked"),
     Transition(State.HOLD, State.FAULT, "watchdog, on the skin"),
     Transition(State.FAULT, State.HOLD, "cause gone and resumed"),
-    Transition(State.FAULT, State.RETRACTING, "pressed, or asked while the joints can be trusted"),
+    Transition(
+        State.FAULT, State.RETRACTING, "pressed, idle too long, or asked while the joints can be trusted"
+    ),
 )
 
 
@@ -95,8 +98,7 @@ class Alarm(NamedTuple):
     @property
     def doubtful(self) -> bool:
         """Whether nothing may begin: not while something measured cannot be trusted, nor in a fault."""
-        waits = self.reaction is Reaction.WAIT and not (self.force and self.joints)
-        return waits or self.reaction is Reaction.FAULT
+        return self.reaction is Reaction.FAULT or not (self.force and self.joints)
 
     @property
     def astray(self) -> bool:

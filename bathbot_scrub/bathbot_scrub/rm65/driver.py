@@ -182,6 +182,8 @@ class ArmDriver:
             ArmError: When the controller refuses.
         """
         with self.loop.lock:
+            if self.loop.guard.just_started:
+                raise NotReadyError(self.loop.guard.reason)
             if self.loop.moving or self.loop.guard.touching:
                 raise NotReadyError("zeroing needs an arm at rest off the skin; retract or stop first")
         return self.link.zeroing.run(self.limits)
@@ -195,9 +197,12 @@ class ArmDriver:
             if state is State.CONTACT and progress.at_end:
                 reason = "path done" if progress.done else self._scrub.refusal or "waits for segments"
         reading = self.link.sense(self._clock()).reading
-        connected = self.link.connected and reading.age <= self.settings.stale_after
-        if not (reason or connected):
-            reason = self.link.trouble or "no state from the controller"
+        fresh = reading.age <= self.settings.stale_after
+        connected = self.link.connected and fresh and loop.first.decided
+        if not connected and (guard.just_started or not reason):
+            reason = self.link.trouble or (
+                "looks where the arm stands" if fresh else "no state from the controller"
+            )
         return Snapshot(
             state,
             reason,

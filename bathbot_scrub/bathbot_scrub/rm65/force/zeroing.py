@@ -34,8 +34,8 @@ class Zeroing:
             clock: By which it waits.
         """
         self._clear, self._newest, self._restart, self._clock = clear, newest, restart, clock
-        self._known = False  # zeroed before: a steady force since then is a touch, or drift
-        self._in_question = False  # it was refused for that
+        self._in_question = False  # refused: a steady force is a touch, or drift
+        self._vouched = False  # someone says that it is drift
 
     def run(self, limits: ForceLimits) -> float:
         """Zero the sensor, at rest; give the resultant [N] that remains. Blocks for a fifth of a second.
@@ -53,29 +53,31 @@ class Zeroing:
         newest = self._newest()
         residual = math.inf if newest is None else newest.force
         limits.check_zeroed(residual)
-        self._known, self._in_question = True, False
+        self._vouched = self._in_question = False
         return residual
 
     def allow(self) -> bool:
         """Someone says that nothing touches the head: take the force for drift. False: nobody had asked."""
         asked, self._in_question = self._in_question, False
-        self._known = self._known and not asked
+        self._vouched = self._vouched or asked
         return asked
 
     def _check_untouched(self, limits: ForceLimits) -> None:
-        """Refuse to zero a force that changes, or that was zeroed before and is too high now."""
+        """Refuse to zero a force that changes, or one that is too high though nobody vouches for it."""
         felt, until = [], self._clock() + _WATCHED
         while self._clock() < until:
             newest = self._newest()
-            felt.append(np.zeros(3) if newest is None else newest.filtered[:3])
+            felt.append(np.full(3, np.nan) if newest is None else newest.filtered[:3])
             self._clock.sleep(_WATCHED / 10.0)
+        if not np.isfinite(felt).all():
+            raise NotReadyError("no force is measured; check sensor and controller")
         change = float(np.ptp(felt, axis=0).max())
         if not change <= limits.zero_residual:
             raise NotReadyError(
                 f"the force changes by {change:.2f} N: something touches the head; free it first"
             )
         force = float(np.linalg.norm(felt[-1]))
-        if self._known and force > limits.transit:
+        if force > limits.transit and not self._vouched:
             self._in_question = True
             raise NotReadyError(
                 f"{force:.1f} N are felt where nothing should be: free the head; if nothing touches it, the "

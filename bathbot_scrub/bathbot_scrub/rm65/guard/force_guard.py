@@ -8,40 +8,19 @@ Whether skin can be felt is no flag of its own that could be lost: in APPROACH i
 may touch, and only a finished retract says that it does not touch any more.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits, RegionLimits
 from bathbot_scrub.arm.states import QUIET, Action, Alarm, Cause, Reaction, State
 from bathbot_scrub.rm65.force.wrench_filter import resultant
+from bathbot_scrub.rm65.guard.condition import Condition
 from bathbot_scrub.rm65.guard.force_checks import Reading, limit_passed, surge
 
 _SLOPE = 0.03  # [s] of good readings that a slope needs
+_NO_FORCE = "force reading is not a number"
+_JUST_STARTED = "just started: nobody has said that nothing touches the head"
 _GOES_ON = (State.APPROACH, State.CONTACT, State.RETRACTING)  # in which a motion that waited goes on
-
-
-class Condition(NamedTuple):
-    """All that the guard knows of arm and person."""
-
-    state: State
-    region: RegionLimits  # whose skin may be touched
-    reason: str = ""
-    cause: Cause = Cause.NONE
-    touching: bool = False  # on the skin, or so near that it may be
-    facing: bool = False  # it has left a person, who may follow
-    felt: bool = False  # the last reading that could be trusted showed a touch
-    settled: bool = False  # the search has come to rest: a rise of force is the body's doing now
-    waiting: str = ""  # for what the motion stands until it goes on by itself; empty: it does not
-    paused_from: State | None = None
-    after_retract: State = State.FREE
-    off: bool = False  # while leaving: nothing is felt any more
-    broken: bool = False  # it leaves for a force that comes with a fault: of the sensor, maybe
-    cornered: bool = False  # it could not leave who presses now
-    consent: bool = False  # someone must allow the next motion
-    doubted: float = -np.inf  # [s] stamp of the last reading that could not be trusted
-    over_since: float | None = None  # [s] stamp of the first sample of the present excess
 
 
 class ForceGuard:
@@ -50,15 +29,21 @@ class ForceGuard:
     def __init__(
         self, limits: ForceLimits, needs_consent: bool = True, condition: Condition | None = None
     ) -> None:
-        """Begin FREE, or in a condition.
+        """Begin in HOLD, for whom the head touches is not known, or in a condition.
 
         Args:
             limits: How hard each region may be touched.
             needs_consent: Whether someone must allow to go on after a retract for force.
             condition: Where to begin.
         """
-        self._limits, self._needs_consent = limits, needs_consent
-        self._now = condition or Condition(State.FREE, limits.gentlest())
+        self.limits, self._needs_consent = limits, needs_consent
+        self._now = condition or Condition(
+            State.HOLD,
+            limits.gentlest(),
+            f"{_JUST_STARTED}; see that it is free, then call arm/resume, or arm/retract on the skin",
+            Cause.START,
+            consent=_JUST_STARTED,
+        )
 
     @property
     def condition(self) -> Condition:
@@ -110,6 +95,11 @@ class ForceGuard:
         """Stamp of the first sample of the present excess [s]; None without one."""
         return self._now.over_since
 
+    @property
+    def just_started(self) -> bool:
+        """Whether nothing has been said or done yet."""
+        return self._now.cause is Cause.START
+
     def engaged(self, moving: bool) -> bool:
         """Whether the arm, which moves or not, moves, touches, or is about to go on."""
         return bool(moving or self._now.touching or self._now.waiting)
@@ -125,12 +115,14 @@ class ForceGuard:
         trusted = alarm.force and bool(np.isfinite(reading.wrench).all())
         if not trusted:
             self._set(doubted=reading.stamp)
+        if alarm.reaction is not Reaction.FAULT and not (trusted and alarm.joints):
+            alarm = alarm._replace(reaction=Reaction.WAIT, message=alarm.message or _NO_FORCE)
         excess = self._excess(reading) if trusted else ""
         self._note(reading, excess, trusted)
         now = self._now
         near = now.touching or now.facing
         if now.state is State.RETRACTING:
-            return self._check_leaving(reading, alarm, excess if trusted else None)
+            return self._check_leaving(reading, alarm, excess if trusted else None, moving)
         if now.state is State.FAULT:
             return self._check_fault(excess if near else "", alarm, near and not moving)
         met = excess if moving or near else ""  # not while it stands in free air
@@ -138,7 +130,7 @@ class ForceGuard:
             faulty = alarm.reaction is Reaction.FAULT
             hard = resultant(reading.sudden) > now.region.hard_stop
             return self._leave(met, State.FAULT if hard or faulty else State.HOLD, broken=faulty)
-        if alarm.reaction is Reaction.LEAVE and alarm.joints and not moving:
+        if alarm.reaction is Reaction.LEAVE and not moving:
             return self._idle(reading, alarm, near)
         if not (met or self.engaged(moving)):
             return Action.GO_ON
@@ -146,11 +138,22 @@ class ForceGuard:
             return self.fault(alarm.message)
         if alarm.reaction is Reaction.WAIT:
             return self._wait(alarm)
-        if now.state is State.APPROACH and now.touching and trusted and now.felt:
+        if now.state is State.APPROACH and now.touching and now.felt:
             self._set(state=State.CONTACT, reason="", waiting="", settled=not moving)
             return Action.STOP
         self._set(settled=now.settled or not moving)
         return self._calm()
+
+    def vouch(self, reason: str) -> None:
+        """Know that nothing touches the head of an arm that has just started.
+
+        Raises:
+            NotReadyError: When something has been done or asked since.
+        """
+        if not self.just_started:
+            raise NotReadyError(f"the arm has not just started; it is in state {self._now.state.name}")
+        self._enter(State.FREE, reason)
+        self._set(consent="")
 
     def begin_approach(self, region: RegionLimits, reason: str = "") -> None:
         """Go from FREE or HOLD on the way to a target, through free air.
@@ -167,7 +170,7 @@ class ForceGuard:
         if now.touching:
             raise NotReadyError("the head may be on the skin; call arm/retract first")
         if now.consent:
-            raise NotReadyError("the arm left because of force; see whether the way is free, then arm/resume")
+            raise NotReadyError(f"{now.consent}; see that head and way are free, then call arm/resume")
         self._enter(State.APPROACH, reason)
         self._set(region=region, facing=False)
 
@@ -194,6 +197,8 @@ class ForceGuard:
     def begin_retract(self, alarm: Alarm = QUIET) -> None:
         """Leave because someone asked; in FAULT too, for leaving along the normal needs the joints only.
 
+        While the joints are in doubt, but may not be for long, the motion waits.
+
         Raises:
             NotReadyError: When joints or commands cannot be trusted, and no waiting will mend that.
         """
@@ -202,7 +207,7 @@ class ForceGuard:
         if self._now.state is not State.RETRACTING:
             after = State.FAULT if self._now.state is State.FAULT else State.FREE
             self._enter(State.RETRACTING, "retract was asked for")
-            self._set(after_retract=after)
+            self._set(after_retract=after, waiting="" if alarm.joints else alarm.message)
 
     def arrived(self, where: str) -> None:
         """The motion of this state has reached its end."""
@@ -226,8 +231,11 @@ class ForceGuard:
         self._set(cornered=True)
 
     def stop(self, reason: str) -> Action:
-        """Give up the motion."""
-        if self._now.state is not State.FAULT:
+        """Give up the motion; one that was to end in FAULT ends there."""
+        now = self._now
+        if now.state is State.RETRACTING and now.after_retract is State.FAULT:
+            self._enter(State.FAULT, f"{reason}; {now.reason}", now.cause)
+        elif now.state is not State.FAULT:
             self._enter(State.HOLD, reason)
         return Action.STOP
 
@@ -256,7 +264,7 @@ class ForceGuard:
             raise NotReadyError(f"cannot resume: {alarm.message}")
         if now.state is State.FAULT:
             self._enter(State.HOLD, "resumed after a fault; retract or go home")
-            self._set(consent=False, broken=False)
+            self._set(consent="", broken=False)
             return False
         if now.paused_from is not None:
             found = now.paused_from is State.APPROACH and now.touching and now.felt
@@ -265,7 +273,7 @@ class ForceGuard:
         if now.consent and now.state in (State.HOLD, State.FREE):
             if now.state is State.HOLD and not now.touching:
                 self._enter(State.FREE, "allowed to go on")
-            self._set(consent=False)
+            self._set(consent="")
             return False
         raise NotReadyError(f"nothing is paused; the arm is in state {now.state.name}")
 
@@ -290,7 +298,7 @@ class ForceGuard:
             return self._leave(alarm.message, State.FAULT, Cause.IDLE, self._now.broken)
         return Action.GO_ON
 
-    def _check_leaving(self, reading: Reading, alarm: Alarm, excess: str | None) -> Action:
+    def _check_leaving(self, reading: Reading, alarm: Alarm, excess: str | None, moving: bool) -> Action:
         """While leaving a doubtful force (None) does not hold the arm on the skin, doubtful joints do."""
         if alarm.reaction is Reaction.FAULT:
             if not alarm.joints:
@@ -304,8 +312,11 @@ class ForceGuard:
         if force > now.region.hard_stop and now.after_retract is not State.FAULT:
             reason = f"retracting: force {force:.1f} N passed the hard limit"
             self._set(after_retract=State.FAULT, reason=reason)
+        after = self._now.after_retract or State.HOLD
         if excess and now.off:  # the person has come after it
-            return self._leave(excess, self._now.after_retract or State.HOLD, broken=now.broken)
+            return self._leave(excess, after, broken=now.broken)
+        if alarm.reaction is Reaction.LEAVE and not moving:
+            return self._leave(alarm.message, after, Cause.IDLE, now.broken)
         self._set(off=now.off or not now.felt)
         return self._calm()
 
@@ -327,19 +338,14 @@ class ForceGuard:
             return self._leave(alarm.message, State.HOLD, Cause.IDLE)
         asked = self._now.state is State.HOLD and self._now.consent
         if self._now.felt and not asked:
-            force = resultant(reading.wrench)
-            self._enter(
-                State.HOLD,
-                f"{force:.1f} N are felt where nothing should be: see what touches the head, free it, then "
-                "arm/resume",
-                Cause.IDLE,
-            )
-            self._set(consent=True)
+            found = f"{resultant(reading.wrench):.1f} N are felt where nothing should be"
+            self._enter(State.HOLD, f"{found}; free the head, then call arm/resume", Cause.IDLE)
+            self._set(consent=found)
         return Action.GO_ON
 
     @property
     def _transit(self) -> float | None:
-        return None if self._now.touching or self._now.facing else self._limits.transit
+        return None if self._now.touching or self._now.facing else self.limits.transit
 
     def _excess(self, reading: Reading) -> str:
         """Name the limit that the reading passes; empty when none."""
@@ -350,15 +356,15 @@ class ForceGuard:
         near = now.facing or (now.touching and (now.off or now.state is not State.RETRACTING))
         if not near or reading.stamp - now.doubted < _SLOPE:
             return ""
-        return surge(reading, self._limits, now.settled or not now.touching)
+        return surge(reading, self.limits, now.settled or not now.touching)
 
     def _note(self, reading: Reading, excess: str, trusted: bool) -> None:
         """Remember what is felt, and when the first sample over a limit came, to time the answer."""
         now = self._now
-        over = excess or limit_passed(reading.raw, now.region, None if now.touching else self._limits.transit)
+        over = excess or limit_passed(reading.raw, now.region, None if now.touching else self.limits.transit)
         since = reading.stamp if now.over_since is None else now.over_since
         # the weight of the tool may be off by a newton or two where it was not zeroed
-        least = self._limits.transit if self._transit else self._limits.contact
+        least = self.limits.transit if self._transit else self.limits.contact
         force = max(resultant(reading.wrench), resultant(reading.sudden))
         self._set(
             over_since=since if over else None,
@@ -369,5 +375,6 @@ class ForceGuard:
     def _leave(self, reason: str, after: State, cause: Cause = Cause.FORCE, broken: bool = False) -> Action:
         self._enter(State.RETRACTING, f"retracting: {reason}", cause)
         forced = self._needs_consent and cause is Cause.FORCE
-        self._set(after_retract=after, broken=broken, consent=self._now.consent or forced)
+        consent = "the arm left because of force" if forced else self._now.consent
+        self._set(after_retract=after, broken=broken, consent=consent)
         return Action.RETRACT

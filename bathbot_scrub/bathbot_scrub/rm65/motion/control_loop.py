@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.arm.errors import ArmConnectionError, ArmError, NotReadyError, UnreachableError
 from bathbot_scrub.arm.states import Action, Alarm, State
 from bathbot_scrub.rm65.force.wrench_filter import resultant
+from bathbot_scrub.rm65.guard.first_samples import FirstSamples
 from bathbot_scrub.rm65.guard.force_checks import comfort
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.watchdogs import UNHEARD, IdleContact, Watchdogs, gravest
@@ -76,6 +77,7 @@ class ControlLoop:
         self._retract_path = RetractPath(planner, retract, clock)
         self.motion = CommandedMotion(self._retract_path, self._period, planner.limits)
         self._idle_contact, self._rest, self._stopwatch = IdleContact(), 0.0, Stopwatch(clock)
+        self.first = FirstSamples(planner.home, guard.limits.transit)
         self.thread = SteadyThread("rm65-control", self._period, self._beat, self._failed, clock)
 
     @property
@@ -142,6 +144,8 @@ class ControlLoop:
         way = self.motion.way_out(self.where())
         self.guard.begin_retract(alarm)
         self.motion.leave(way)
+        if self.guard.waiting:  # it begins when the wait is over
+            self.motion.brake()
         self.moving = True
 
     def forget(self) -> None:
@@ -183,7 +187,8 @@ class ControlLoop:
         stood = self._stopwatch.lap()
         if stood > _STOOD:
             self.motion.begin_anew()
-        if stood > self._stale_after and (self.engaged or self.guard.state is not State.FREE):
+        calm = self.guard.state is State.FREE or self.guard.just_started  # nothing can go on there
+        if stood > self._stale_after and (self.engaged or not calm):
             raise NotReadyError(
                 f"the driver itself stood still for {stood:.2f} s: was it, or the machine, asleep?"
             )
@@ -206,6 +211,7 @@ class ControlLoop:
 
     def _judge(self, beat: Beat) -> None:
         sensed, alarm = self._link.sense(self._clock()), self.alarm()
+        self._look(sensed, alarm)
         followed = self.motion.kind is MotionKind.LEAVE or not self.engaged
         action = self.guard.check(sensed.reading, alarm, self.moving)
         if action is Action.RETRACT:
@@ -220,6 +226,13 @@ class ControlLoop:
             self.resume()
         elif self.guard.state is State.CONTACT:
             self.motion.slow(comfort(resultant(sensed.reading.wrench), self.guard.region).speed)
+
+    def _look(self, sensed: Sensed, alarm: Alarm) -> None:
+        """Just started: at home nothing touches the head, anywhere else somebody must say so."""
+        home = self._link.connected and self.first.show_home(sensed.reading, sensed.joints, alarm)
+        if home and self.guard.just_started:
+            self.guard.vouch("at home")
+            self.lock.notify_all()
 
     def _let_stand(self, sensed: Sensed) -> None:
         """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""

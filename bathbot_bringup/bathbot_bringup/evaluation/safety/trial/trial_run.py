@@ -182,6 +182,7 @@ class TrialRun:
             state = operator.arm.state
             away = np.linalg.norm(operator.arm.head[0] - self.target[:3, 3]) > _AWAY
             if state == State.FREE:
+                operator.ask("resume")  # a driver that was started again wants somebody's word; others refuse
                 return
             if state == State.APPROACH:
                 refusal = operator.ask("stop")
