@@ -29,9 +29,9 @@ NAMES = [case.name for case in FAULTS]
 
 
 def result(fault="lost_udp", seed=0, stop=100.0, **changes):
-    values = {"phase": "scrub", "value": math.nan, "stop_ms": stop, "detect_ms": 50.0, "retract_ms": math.nan,
-              "travel_mm": 3.0, "peak_n": 2.0, "force_bound_n": 15.0, "moved_again": False,
-              "missed": stop > 250.0, "attempts": 1, "said": ""}  # fmt: skip
+    values = {"phase": "scrub", "value": math.nan, "stop_ms": stop, "deadline_ms": 250.0, "detect_ms": 50.0,
+              "retract_ms": math.nan, "travel_mm": 3.0, "peak_n": 2.0, "force_bound_n": 15.0,
+              "moved_again": False, "missed": stop > 250.0, "attempts": 1, "said": ""}  # fmt: skip
     return TrialResult(fault, seed, **values | changes)
 
 
@@ -42,7 +42,7 @@ def test_every_row_names_a_fault_that_can_be_ordered():
             assert case.injection.kind in KINDS
             for seed in range(20):
                 value = case.plan(seed).value
-                Fault(case.injection.kind, 0.0, case.injection.duration, value)
+                Fault(case.injection.kind, 0.0, case.injection.lasting(value), case.injection.order(value))
 
 
 @pytest.mark.parametrize("case", FAULTS, ids=NAMES)
@@ -172,4 +172,19 @@ def test_bad_input_is_refused_before_anything_starts(arguments, capsys):
 
 
 def test_who_is_pushed_or_hurt_must_leave():
-    assert {case.name for case in FAULTS if case.duty is Duty.LEAVE} == {"body_push", "force_step"}
+    leaving = {case.name for case in FAULTS if case.duty is Duty.LEAVE}
+    assert leaving == {"body_push", "body_slow", "body_fast", "force_step"}
+
+
+def test_a_body_may_use_up_the_bristles_before_the_deadline_begins_and_one_that_leans_in_has_none():
+    slow, lean = (choose_faults([name])[0].injection for name in ("body_slow", "body_lean"))
+    assert slow.deadline(0.005) == pytest.approx(2.25)  # [s]: 10 mm at 5 mm/s
+    assert slow.lasting(0.005) == pytest.approx(10.0)
+    assert (lean.deadline(0.1), lean.order(0.1), lean.lasting(0.1)) == (math.inf, 0.2, pytest.approx(0.5))
+    assert choose_faults(["lost_udp"])[0].injection.deadline(math.nan) == 0.25
+
+
+def test_speeds_of_a_body_are_drawn_evenly_by_their_logarithm():
+    speeds = [choose_faults(["body_slow"])[0].plan(seed).value for seed in range(400)]
+    assert min(speeds) < 0.006 < 0.09 < max(speeds) <= 0.1
+    assert np.median(speeds) == pytest.approx(np.sqrt(0.005 * 0.1), rel=0.15)

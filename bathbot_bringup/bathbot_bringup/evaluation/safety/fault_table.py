@@ -7,12 +7,14 @@ from typing import NamedTuple
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.evaluation.safety.trial.fault_injection import (
     BadPlanner,
+    Coming,
     Frozen,
     Injection,
     Jammed,
     Killed,
     KilledPlanner,
     LatePlanner,
+    LeaningIn,
     Nearer,
     Ordered,
     SilentPlanner,
@@ -43,6 +45,12 @@ _MOVING = (Phase.TRANSIT, Phase.SEEK, Phase.SCRUB)
 FAULTS: tuple[FaultCase, ...] = (
     FaultCase("body_push", "the body comes into the brush at 100 mm/s", Ordered("body_push", 0.1, 0.1, 0.3),
               _TOUCHING, Duty.LEAVE),
+    FaultCase("body_slow", "the body comes into the brush at 5 to 100 mm/s", Coming("body_push", 0.005, 0.1),
+              _TOUCHING, Duty.LEAVE, gentle=True),
+    FaultCase("body_fast", "the body comes into the brush at 100 to 200 mm/s", Coming("body_push", 0.1, 0.2),
+              _TOUCHING, Duty.LEAVE),
+    FaultCase("body_lean", "the person leans 40 to 200 mm into the way, at 200 mm/s",
+              LeaningIn("body_push", 0.04, 0.2), (Phase.TRANSIT,)),
     FaultCase("body_nearer", "the body is 20 mm nearer than believed", Nearer(0.02), (Phase.SEEK,),
               gentle=True),
     FaultCase("force_step", "the force rises at once by 12 to 25 N",

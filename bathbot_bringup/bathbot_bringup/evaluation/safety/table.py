@@ -10,7 +10,6 @@ from rich.table import Table
 
 from bathbot_bringup.evaluation.safety.fault_table import FAULTS
 from bathbot_bringup.evaluation.safety.summary import RETRACT_MAX, RETRACT_P99, out_of_bounds
-from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE
 
 _COLUMNS = (  # on the terminal, in Markdown
     ("n", "trials"),
@@ -46,7 +45,7 @@ def _marked(cell: str, bad: bool) -> str:
 
 def _cells(row: Mapping[str, Any]) -> Sequence[tuple[str, bool]]:
     """Texts of a row, and whether each is out of bounds."""
-    late = 1e3 * DEADLINE
+    late = row["deadline_ms"]
     return (
         (str(row["trials"]), False),
         (str(row["missed"]), row["missed"] > 0),

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from bathbot_bringup.evaluation.safety.fault_table import FaultCase
 from bathbot_bringup.evaluation.safety.measures import Reaction
-from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE, TrialPlan
+from bathbot_bringup.evaluation.safety.trial_plan import TrialPlan
 
 
 class Bounds(NamedTuple):
@@ -22,6 +22,7 @@ class TrialResult(NamedTuple):
     phase: str
     value: float
     stop_ms: float
+    deadline_ms: float  # infinite where only the force counts
     detect_ms: float
     retract_ms: float  # NaN where the force never passed the threshold
     travel_mm: float
@@ -47,13 +48,14 @@ def judge(
     return TrialResult(
         case.name, seed, plan.phase.value, plan.value,
         stop_ms=1e3 * reaction.stop,
+        deadline_ms=1e3 * case.injection.deadline(plan.value),
         detect_ms=1e3 * reaction.detect,
         retract_ms=1e3 * retract,
         travel_mm=1e3 * reaction.travel,
         peak_n=reaction.peak,
         force_bound_n=bounds.retract if case.gentle else bounds.hard,
         moved_again=reaction.moved_again,
-        missed=reaction.stop > DEADLINE,
+        missed=reaction.stop > case.injection.deadline(plan.value),
         attempts=attempts,
         said=said,
     )  # fmt: skip

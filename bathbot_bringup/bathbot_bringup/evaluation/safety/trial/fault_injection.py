@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
+from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 from bathbot_scrub.arm.force_limits import shipped_force_limits
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 
 from bathbot_bringup.evaluation.safety.trial.stroke_player import LastPose, spoilt
 from bathbot_bringup.evaluation.safety.trial.trial_run import SpoiltTrialError, TrialRun
 from bathbot_bringup.evaluation.safety.trial.trial_site import seen_skin
-from bathbot_bringup.evaluation.safety.trial_plan import TrialPlan
+from bathbot_bringup.evaluation.safety.trial_plan import DEADLINE, TrialPlan
 from bathbot_bringup.sim.arm.trace import TraceData
 
 if TYPE_CHECKING:
@@ -56,6 +57,10 @@ class Injection(ABC):
         """Draw how strong it is; NaN where that is not a matter of chance."""
         return math.nan
 
+    def deadline(self, value: float) -> float:
+        """Time from the fault, of a strength, to standing still or leaving [s] that the arm has."""
+        return DEADLINE
+
     @abstractmethod
     def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
         """Bring the arm into the phase, let the fault happen, and watch.
@@ -90,15 +95,24 @@ class Ordered(Injection):
             return float(rng.integers(self.lowest, self.highest + 1))
         return float(rng.uniform(self.lowest, self.highest))
 
+    def order(self, value: float) -> float:
+        """Value of the fault that is ordered, where a strength was drawn; NaN: the kind's own."""
+        return value
+
+    def lasting(self, value: float) -> float:
+        """For how long [s]."""
+        return self.duration
+
     def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
         """Order it."""
         run.bring_about()
-        fault: dict[str, float | str] = {"kind": self.kind, "after": plan.offset, "duration": self.duration}
-        if math.isfinite(plan.value):
-            fault["value"] = plan.value
+        lasts = self.lasting(plan.value)
+        fault: dict[str, float | str] = {"kind": self.kind, "after": plan.offset, "duration": lasts}
+        if math.isfinite(value := self.order(plan.value)):
+            fault["value"] = value
         stamp = time.monotonic()
         run.operator.sim.order(fault)
-        run.play(max(self.duration + 0.5, WATCH))
+        run.play(max(lasts + 0.5, WATCH))
         return Injected(stamp)
 
     def onset(self, injected: Injected, trace: TraceData) -> float:
@@ -107,6 +121,44 @@ class Ordered(Injection):
         if not len(begun):
             raise SpoiltTrialError(f"the emulator did not begin the fault {self.kind}")
         return float(begun[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Coming(Ordered):
+    """The body comes into the brush by a distance, at speeds that are drawn evenly by their logarithm."""
+
+    far: float = 0.05  # [m]
+
+    def strength(self, rng: np.random.Generator) -> float:
+        """Draw the speed [m/s]."""
+        return float(np.exp(rng.uniform(np.log(self.lowest), np.log(self.highest))))
+
+    def deadline(self, value: float) -> float:
+        """The usual, and the time in which the body uses up what the bristles give."""
+        return DEADLINE + SCRUB_HEAD.give / value
+
+    def lasting(self, value: float) -> float:
+        """Time in which it comes so far [s]."""
+        return self.far / value
+
+
+@dataclass(frozen=True, slots=True)
+class LeaningIn(Ordered):
+    """The person leans into the way of the arm by a distance that is drawn [m]; only the force counts."""
+
+    speed: float = 0.2  # [m/s]
+
+    def deadline(self, value: float) -> float:
+        """None: the arm may go on, and touch."""
+        return math.inf
+
+    def order(self, value: float) -> float:
+        """The speed."""
+        return self.speed
+
+    def lasting(self, value: float) -> float:
+        """Time in which the person leans so far [s]."""
+        return value / self.speed
 
 
 @dataclass(frozen=True, slots=True)
