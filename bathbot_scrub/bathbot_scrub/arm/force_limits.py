@@ -52,6 +52,21 @@ class RegionLimits:
                 f"axis and torque must be positive, got {self.axis} N and {self.torque} Nm"
             )
 
+    def stricter(self, other: "RegionLimits") -> "RegionLimits":
+        """Limits that hold for both, whichever skin the head is on."""
+        return RegionLimits(
+            comfort=(min(self.comfort[0], other.comfort[0]), min(self.comfort[1], other.comfort[1])),
+            retract=min(self.retract, other.retract),
+            hard_stop=min(self.hard_stop, other.hard_stop),
+            axis=(
+                min(self.axis[0], other.axis[0]),
+                min(self.axis[1], other.axis[1]),
+                min(self.axis[2], other.axis[2]),
+            ),
+            torque=min(self.torque, other.torque),
+            collision=min(self.collision, other.collision),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class ForceLimits:

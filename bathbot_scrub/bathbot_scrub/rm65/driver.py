@@ -21,6 +21,7 @@ from bathbot_scrub.rm65.motion.arm_link import ArmLink
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.controller_link import ControllerLink
+from bathbot_scrub.rm65.motion.path_depth import Felt
 from bathbot_scrub.rm65.motion.program_moves import ProgramMoves
 from bathbot_scrub.rm65.motion.scrub_motion import ScrubMotion
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
@@ -86,7 +87,7 @@ class ArmDriver:
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn, clock)
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self.moves = ProgramMoves(self.loop, self.planner, self.limits)
-        self._scrub = ScrubMotion(self.loop, self.planner, self.limits, settings)
+        self._scrub = ScrubMotion(self.loop, self.link, self.planner, self.limits, settings)
 
     def start(self) -> None:
         """Connect and guard, in threads of their own."""
@@ -100,7 +101,10 @@ class ArmDriver:
         progress: Callable[[float, float], None] = lambda remaining, force: None,
     ) -> Touch:
         """Go to a stand-off and straight on until skin is felt; see `Approach.run`."""
-        return self._approach.run(request, canceled, progress)
+        self._scrub.touched(None)
+        touch = self._approach.run(request, canceled, progress)
+        self._scrub.touched(Felt(*touch))
+        return touch
 
     def follow(self, segment: Segment) -> None:
         """Add a segment to the path; segment 0 starts a new one; see `ScrubMotion.follow`."""

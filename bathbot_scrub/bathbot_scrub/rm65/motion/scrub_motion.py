@@ -2,16 +2,23 @@
 
 from typing import NamedTuple
 
-from bathbot_scrub.arm.errors import ArmError, NotReadyError
+import numpy as np
+from numpy.typing import NDArray
+
+from bathbot_scrub.arm.errors import ArmError, InvalidPoseError, NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits
 from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
+from bathbot_scrub.rm65.motion.arm_link import ArmLink
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
+from bathbot_scrub.rm65.motion.path_depth import Bristles, Felt, Skin, check_depth
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.segment.segment import Segment
+
+Array = NDArray[np.float64]
 
 
 class Progress(NamedTuple):
@@ -29,15 +36,29 @@ class ScrubMotion:
     """Hands segments to the control loop. Thread-safe."""
 
     def __init__(
-        self, loop: ControlLoop, planner: MotionPlanner, limits: ForceLimits, settings: DriverSettings
+        self,
+        loop: ControlLoop,
+        link: ArmLink,
+        planner: MotionPlanner,
+        limits: ForceLimits,
+        settings: DriverSettings,
     ) -> None:
         """Work with these parts of a driver."""
-        self._loop, self._planner, self._limits, self._settings = loop, planner, limits, settings
+        self._loop, self._link, self._planner = loop, link, planner
+        self._limits, self._settings = limits, settings
+        self._bristles = Bristles(limits.contact, limits.give / planner.arm.tool.give, planner.arm.tool.give)
         self._path: ScrubPath | None = None
+        self._touch: Felt | None = None
         self.refusal = ""  # why the newest segment was not taken
+
+    def touched(self, touch: Felt | None) -> None:
+        """Know where an approach has felt skin; None: it is somewhere else from now on."""
+        self._touch = touch
 
     def follow(self, segment: Segment) -> None:
         """Add a segment to the path; segment 0 starts a new one.
+
+        The stricter limits hold of the region touched and of the path's; the latter does not change.
 
         Raises:
             NotReadyError: Not in contact, out of order, or the queue is full.
@@ -72,6 +93,7 @@ class ScrubMotion:
         with loop.lock:
             if path.queued_at(self._length(path)) >= self._settings.queue_length:
                 raise NotReadyError(f"{self._settings.queue_length} segments wait already; send fewer ahead")
+        self._check_depth(segment)
         longer = path.extend(segment)
         with loop.lock:
             loop.extend(longer)
@@ -81,18 +103,29 @@ class ScrubMotion:
         region, loop, settings = self._limits.region(segment.region), self._loop, self._settings
         self._require_contact()
         start = loop.where()
-        first = check_poses(segment.T_base_heads)
-        if first.ndim != 3 or not len(first):
-            raise NotReadyError(f"path {segment.path_id} begins without poses; send some")
+        first = self._check_depth(segment)
         head = self._planner.arm.head(start)
         lead_in = self._planner.lead_in(head, first[0], settings.lift, settings.max_lead_in)
         path = ScrubPath(segment, self._planner, start, lead_in, settings.max_scrub_speed)
         pace = line_pace(settings.max_scrub_speed, settings.scrub_acceleration)
         with loop.lock:
             self._require_contact()
-            loop.guard.begin_path(region)
+            loop.guard.begin_path(region.stricter(loop.guard.region))
             loop.begin(path.path, pace, MotionKind.SCRUB)
             self._path, loop.path_open = path, not segment.last
+
+    def _check_depth(self, segment: Segment) -> Array:
+        """The segment's poses, shape (N, 4, 4), if none presses deeper than the skin known allows."""
+        poses = check_poses(segment.T_base_heads)
+        if poses.ndim != 3 or not len(poses):
+            raise InvalidPoseError(f"segment {segment.index} holds no poses; send some")
+        with self._loop.lock:
+            head, wrench = self._planner.arm.head(self._loop.where()), self._link.wrench
+        now = Felt(head, wrench.force if wrench else np.nan)
+        around = self._planner.surroundings
+        cloud = np.empty((0, 3)) if around is None else around.points
+        check_depth(poses, Skin(self._touch or now, now, cloud), self._bristles)
+        return poses
 
     def _require_contact(self) -> None:
         guard = self._loop.guard

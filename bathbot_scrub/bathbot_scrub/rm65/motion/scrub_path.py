@@ -64,6 +64,11 @@ class ScrubPath:
                 f"segment {segment.index} of path {segment.path_id} does not follow {len(self.ends) - 1} "
                 f"of path {self.path_id}; send them in order"
             )
+        if segment.region != self.region:
+            raise NotReadyError(
+                f"segment {segment.index} is of {segment.region}, path {self.path_id} of {self.region}; "
+                "begin a new path for another region"
+            )
         poses = check_poses(segment.T_base_heads)
         if poses.ndim != 3 or len(poses) < 1:
             raise InvalidPoseError(f"segment {segment.index} holds no poses")

@@ -68,6 +68,12 @@ class Surroundings:
         if not self._blind:
             self._body = Body(points, stamp)
 
+    @property
+    def points(self) -> Array:
+        """Where the body was seen last, shape (M, 3), base frame [m]; (0, 3) where no cloud ever came."""
+        body = self._body
+        return np.empty((0, 3)) if body is None else body.points
+
     def trust(self) -> None:
         """Refuse to go near a person who is not seen, or not any more; where no cloud came, all is as told.
 
