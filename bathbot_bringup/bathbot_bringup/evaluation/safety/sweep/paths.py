@@ -5,13 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from bathbot_bringup.evaluation.safety.sweep.sweep_case import REGIONS, SweepCase, short
+from bathbot_bringup.evaluation.safety.sweep.sweep_case import REGIONS, SweepCase, near_by, short
 from bathbot_bringup.evaluation.safety.trial.stroke_player import PIECE
 from bathbot_bringup.evaluation.safety.virtual.person import Sway
-from bathbot_bringup.evaluation.safety.virtual.virtual_cell import VirtualCell, ready_deg
+from bathbot_bringup.evaluation.safety.virtual.virtual_cell import VirtualCell
 
 _DEPTHS = (0.005, 0.010, 0.020, 0.030, 0.040)  # [m]
-_READY = 0.10  # [m]
 _LASTS = 5.0  # [s]
 
 
@@ -31,7 +30,7 @@ class DeepPath(SweepCase):
 
     def cell(self, seed: int, sways: tuple[Sway, ...]) -> VirtualCell:
         """With an arm that stands near by at first."""
-        return VirtualCell(self.region, seed, sways, home_deg=ready_deg(_READY))
+        return near_by(self.region, seed, sways)
 
     def happen(self, cell: VirtualCell, rng: np.random.Generator) -> float:
         """Come into contact and follow."""

@@ -5,13 +5,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from bathbot_bringup.evaluation.safety.sweep.sweep_case import REGIONS, SweepCase, short
+from bathbot_bringup.evaluation.safety.sweep.sweep_case import REGIONS, SweepCase, near_by, short
 from bathbot_bringup.evaluation.safety.virtual.person import Sway
-from bathbot_bringup.evaluation.safety.virtual.virtual_cell import VirtualCell, ready_deg
+from bathbot_bringup.evaluation.safety.virtual.virtual_cell import VirtualCell
 
 _SPEEDS = (0.005, 0.010, 0.020, 0.030, 0.040, 0.060, 0.100, 0.150, 0.200)  # [m/s]
 _FAR = 0.06  # [m] by which the body comes
-_READY = 0.10  # [m] before the skin: where the arm is at home, to save time
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +28,7 @@ class Push(SweepCase):
 
     def cell(self, seed: int, sways: tuple[Sway, ...]) -> VirtualCell:
         """With an arm that stands near by at first."""
-        return VirtualCell(self.region, seed, sways, home_deg=ready_deg(_READY))
+        return near_by(self.region, seed, sways)
 
     def happen(self, cell: VirtualCell, rng: np.random.Generator) -> float:
         """Come into contact, scrub if need be, and be pushed."""
