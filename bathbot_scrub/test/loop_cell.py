@@ -56,6 +56,8 @@ class Link:
         wrench = self.wrench
         return Sensed(Reading(now, wrench, wrench, wrench, 0.0, self.age), self.joints)
 
+    connected = True
+
     def signals(self, now, activity):
         return CALM._replace(activity=activity, age=self.age, **self.signs)
 
@@ -82,6 +84,7 @@ class LoopCell:
         self.loop = ControlLoop(
             self.link, self.planner, ForceGuard(LIMITS), self.settings, self.log.append, VirtualClock(self)
         )
+        self.step(25)  # in which the loop sees that the arm stands at home, untouched
 
     @property
     def state(self):

@@ -223,3 +223,21 @@ def test_nothing_begins_while_the_arm_moves_or_stands_elsewhere(cell):
     cell.until(lambda: not cell.loop.moving)
     with pytest.raises(NotReadyError, match="planned from elsewhere"), cell.loop.lock:
         cell.loop.begin(cell.planner.joint_path(TOUCH, HOME), JOINT_PACE, MotionKind.HOME)
+
+
+def test_a_scrub_that_is_hardly_moving_at_an_edge_still_moves(cell):
+    """It went on while it counted as idle, and was taken off the skin for having nothing to do."""
+    cell.in_contact()
+    path = cell.scrub()
+    cell.step(30)
+    runner = cell.loop.motion.runner
+    runner.speed, runner._acceleration = 9e-5, -0.028  # braked before an edge, about to go on
+    cell.step()
+    assert runner.at_rest  # as slow as that, for a moment
+    assert not runner.at_end
+    while not runner.at_end:
+        assert cell.loop.moving
+        cell.step()
+    assert cell.state is State.CONTACT
+    assert_allclose(cell.link.joints, path.joints[-1], atol=1e-6)
+    assert not cell.loop.moving

@@ -45,6 +45,11 @@ class PathRunner:
         """Whether the end is reached, at rest."""
         return self.at_rest and self.path.end - self.length < 1e-6
 
+    @property
+    def stands(self) -> bool:
+        """Whether it is at rest and stays so: an edge may be passed so slowly that s hardly changes."""
+        return self.at_rest and (self._braking or self.at_end)
+
     def brake(self, pace: Pace | None = None) -> None:
         """Come to rest as soon as acceleration and jerk (of `pace`, if given) allow, and stay there."""
         self._braking = True
@@ -73,7 +78,7 @@ class PathRunner:
         Raises:
             ArmError: When no jerk-limited motion exists; does not happen with finite limits.
         """
-        if self.at_rest and (self._braking or self.at_end):
+        if self.stands:
             self.speed = self._acceleration = 0.0
             return self.path.at(self.length)
         given = self._input
