@@ -31,6 +31,7 @@ SHORT = {
     "bathbot_localize/errors.py": "list of errors",
     "bathbot_localize/regions.py": "the type that messages and cores share",
     "bathbot_localize/target/schedule.py": "an algorithm that stands alone",
+    "bathbot_scrub/arm/collision_speed.py": "equations that stand alone",
     "bathbot_scrub/rm65/arm/capsules.py": "table of the arm's capsules",
     "bathbot_scrub/rm65/arm/limits.py": "table of the arm's limits, and its home",
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",

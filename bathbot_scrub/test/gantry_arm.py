@@ -32,6 +32,7 @@ class GantryArm:
     tool: ScrubHead = SCRUB_HEAD
     limits: JointLimits = LIMITS
     joint_names: tuple[str, ...] = ("x", "y", "z", "yaw", "pitch", "roll")
+    moving_mass: float = 12.0
     link_names: tuple[str, ...] = ("base_link", "slide_x", "slide_y", "slide_z", "yaw", "pitch", "hand")
 
     @property

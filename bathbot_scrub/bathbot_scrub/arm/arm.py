@@ -37,6 +37,10 @@ class Arm(Protocol):
         """Capsules of links and head in their frames, and where the arm can work."""
 
     @property
+    def moving_mass(self) -> float:
+        """Of its parts that move, without the head [kg]."""
+
+    @property
     def limits(self) -> JointLimits:
         """What the joints may do."""
 

@@ -79,6 +79,20 @@ class BodyClearance:
         fill_clearances(ends, self._radii, self._touches, points[some], spared, interest, *found)
         return Nearest(found[0], found[1], some[found[2]] if len(some) else found[2])
 
+    def each(self, ends: Array, points: Array, interest: float) -> Array:
+        """Distance of each capsule from the nearest of some points, shape (N, C) [m]; as for `nearest`.
+
+        Nothing may be touched. Distances beyond `interest` [m] are not told apart.
+        """
+        found = np.full(ends.shape[:2], interest)
+        link, point = np.empty((2, len(ends)), int)
+        none, touches = np.zeros(len(points), np.bool_), np.zeros(1, np.bool_)
+        for part in range(ends.shape[1]):
+            one = np.ascontiguousarray(ends[:, part : part + 1])
+            radius, apart = self._radii[part : part + 1], found[:, part]
+            fill_clearances(one, radius, touches, points, none, interest, apart, link, point)
+        return found
+
 
 def swept(arm: Arm, capsules: tuple[ArmCapsule, ...], joints: Array) -> SweptArm:
     """Thin out a dense joint path.

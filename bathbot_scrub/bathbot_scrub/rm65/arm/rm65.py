@@ -11,7 +11,7 @@ from bathbot_scrub.rm65.arm.capsules import arm_shape
 from bathbot_scrub.rm65.arm.inverse_kinematics import solve_head, why_unreachable
 from bathbot_scrub.rm65.arm.kinematics import JOINT_NAMES, LINK_NAMES, Kinematics
 from bathbot_scrub.rm65.arm.limits import HOME_DEG, RM65_LIMITS
-from bathbot_scrub.rm65.arm.urdf import urdf
+from bathbot_scrub.rm65.arm.urdf import moving_mass, urdf
 
 Array = NDArray[np.float64]
 _OFF_LIMITS = np.radians(5.0)  # [rad] from the limit of a joint
@@ -37,6 +37,11 @@ class RM65(Kinematics):
     def shape(self) -> ArmShape:
         """Capsules of links and head, and the workspace."""
         return arm_shape(self.variant, self.tool)
+
+    @property
+    def moving_mass(self) -> float:
+        """Of its links that move [kg]."""
+        return moving_mass(self.variant)
 
     @property
     def limits(self) -> JointLimits:

@@ -27,6 +27,11 @@ _FLANGE_MASSES = {"B": 0.107, "6F": 0.248, "6FB": 0.189}  # [kg] Link6, data she
 _EFFORTS = (60, 60, 30, 10, 10, 10)  # [N m] of the joints
 
 
+def moving_mass(variant: str) -> float:
+    """Mass [kg] of the links that move, without the scrub head."""
+    return sum(_MASSES) + _FLANGE_MASSES[variant]
+
+
 def urdf(variant: str = "6F", head: ScrubHead = SCRUB_HEAD) -> str:
     """The description of a variant with a scrub head.
 

@@ -317,7 +317,7 @@ class ForceGuard:
             return self._leave(excess, after, broken=now.broken)
         if alarm.reaction is Reaction.LEAVE and not moving:
             return self._leave(alarm.message, after, Cause.IDLE, now.broken)
-        self._set(off=now.off or not now.felt)
+        self._set(off=now.off or not (now.felt or reading.rise > 0.0))
         return self._calm()
 
     def _wait(self, alarm: Alarm) -> Action:
@@ -353,8 +353,8 @@ class ForceGuard:
         for wrench in (reading.sudden, reading.wrench):
             if passed := limit_passed(wrench, now.region, self._transit):
                 return passed
-        near = now.facing or (now.touching and (now.off or now.state is not State.RETRACTING))
-        if not near or reading.stamp - now.doubted < _SLOPE:
+        leaving = now.state is State.RETRACTING and not now.off
+        if leaving or reading.stamp - now.doubted < _SLOPE:
             return ""
         return surge(reading, self.limits, now.settled or not now.touching)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.joint_limits import JointLimits
 from bathbot_scrub.arm.states import State
+from bathbot_scrub.rm65.motion.free_air import Along, OnWay
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import RetractPath
@@ -19,8 +20,9 @@ from bathbot_scrub.rm65.paths.retract_path import RetractPath
 Array = NDArray[np.float64]
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 _SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
-_BACK_OFF = 0.8  # [rad] back on a joint move that met something
-_BACK_JOINTS = Pace(1.0, 4.0, 800.0)
+# along a way through free air on which something was met; as for a retract, the joints limit what follows
+_BACK_JOINTS = Pace(0.5, 25.0, 1e4)
+_FELT = 0.3  # [N] of a push whose direction is known
 _STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
 # braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
 # than that overshoots and comes back
@@ -71,6 +73,7 @@ class WayOut(NamedTuple):
     start: Array  # joints [rad], shape (6,), where it begins
     path: JointPath
     pace: Pace
+    along: Along | None = None  # the part of a way through free air that the path is
 
 
 class CommandedMotion:
@@ -90,6 +93,8 @@ class CommandedMotion:
         self._retract_path, self._period, self._limits = retract_path, period, limits
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
+        self._came: OnWay | None = None  # the way through free air on which the arm stands
+        self._along: Along | None = None  # what it leaves along
 
     @property
     def at_rest(self) -> bool:
@@ -97,6 +102,19 @@ class CommandedMotion:
         return (self.runner is None or self.runner.stands) and (
             self._trail is None or self._trail[0].at_rest
         )
+
+    @property
+    def in_free_air(self) -> bool:
+        """Whether the arm is on a way through free air, or stands where one ended."""
+        return self._on_way is not None
+
+    @property
+    def _on_way(self) -> OnWay | None:
+        if self.runner is not None and self.kind in _JOINT_MOVES:
+            return OnWay(self.runner.path, self.runner.length)
+        if self.runner is not None and self._along is not None:
+            return self._along.at(self.runner.length)
+        return self._came
 
     def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
         """Start from rest.
@@ -108,7 +126,7 @@ class CommandedMotion:
         if self.command is not None and np.abs(start - self.command).max() > 0.02:
             raise NotReadyError("the motion was planned from elsewhere; ask again")
         self.runner, self.kind, self._trail = PathRunner(path, pace, self._period), kind, None
-        self._pace = pace
+        self._pace, self._came, self._along = pace, None, None
         self.command = start if self.command is None else self.command
 
     def extend(self, path: JointPath) -> None:
@@ -160,27 +178,34 @@ class CommandedMotion:
         if self.runner is not None and self.kind is MotionKind.SCRUB:
             self.runner.share = share
 
-    def way_out(self, start: Array) -> WayOut:
-        """Plan to leave along the outward normal; in free air, the way it came. Changes nothing.
+    def way_out(self, start: Array, push: Array | None = None) -> WayOut:
+        """Plan to leave along the outward normal; in free air, along the way it came. Changes nothing.
 
         Args:
             start: Joints [rad], shape (6,), last commanded or measured.
+            push: Force on the head that is left, its own frame [N], shape (3,): in free air the way, back or
+                on, gives in to it, or else the straight line does.
 
         Raises:
             UnreachableError: When there is no way straight back.
         """
-        moving = self.runner is not None and not self.runner.at_rest
-        if moving and self.kind in _JOINT_MOVES:
-            return WayOut(start, self.runner.path.back_from(self.runner.length, _BACK_OFF), _BACK_JOINTS)
+        way, arm = self._on_way, self._retract_path.arm
+        known = push is not None and np.linalg.norm(push) >= _FELT
+        if way is not None and known:
+            along = way.yielding(arm, arm.head(start)[:3, :3] @ push)
+        else:
+            along = way.back() if way is not None and self.runner is not None and not self.at_rest else None
+        if along is not None:
+            return WayOut(start, along.path, _BACK_JOINTS, along)
         return WayOut(start, self._retract_path.path(start), self._retract_path.pace)
 
-    def way_off_follower(self, start: Array) -> WayOut:
+    def way_off_follower(self, start: Array, push: Array | None = None) -> WayOut:
         """Plan to leave someone who has come after the arm: what lies behind it now is no way it came.
 
         Raises:
             UnreachableError: As `way_out`; a CollisionError when something known is in the way.
         """
-        way = self.way_out(start)
+        way = self.way_out(start, push)
         self._retract_path.demand_free(way.path)
         return way
 
@@ -193,22 +218,23 @@ class CommandedMotion:
             self.brake()
             trail = before
         self._trail = None if trail is None else (trail, trail.path.at(trail.length))
-        self.command, self._pace = way.start, way.pace
+        self.command, self._pace, self._came, self._along = way.start, way.pace, None, way.along
         self.runner, self.kind = PathRunner(way.path, way.pace, self._period), MotionKind.LEAVE
 
     def stand_at(self, joints: Array) -> None:
         """Give the motion up and stay at joints [rad], shape (6,): the arm is not where it was told to be."""
         self.stand()
-        self.command = joints
+        self.command, self._came = joints, None
 
     def stand(self) -> None:
         """Give the motion up; what was commanded last stays commanded."""
-        self.runner, self._trail = None, None
+        self._came = self._on_way
+        self.runner, self._trail, self._along = None, None, None
 
     def forget(self) -> None:
         """Command nothing any more."""
         self.stand()
-        self.command = None
+        self.command = self._came = None
 
     def step(self) -> Array:
         """Joints [rad], shape (6,), to command one period later; something must be commanded.

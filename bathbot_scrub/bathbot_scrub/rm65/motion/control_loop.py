@@ -213,10 +213,10 @@ class ControlLoop:
         sensed, alarm = self._link.sense(self._clock()), self.alarm()
         self._look(sensed, alarm)
         followed = self.motion.kind is MotionKind.LEAVE or not self.engaged
-        action = self.guard.check(sensed.reading, alarm, self.moving)
+        action = self.guard.check(sensed.reading, alarm, self.moving or self._on_its_way)
         if action is Action.RETRACT:
             self.log.answer(self.guard.over_since)
-            self._answer(followed)
+            self._answer(followed, sensed.reading.sudden[:3])
             beat.bring_forward(self.log.last + _SHORTEST_FRAME)
         elif action is Action.STOP and alarm.astray:
             self._let_stand(sensed)
@@ -234,6 +234,11 @@ class ControlLoop:
             self.guard.vouch("at home")
             self.lock.notify_all()
 
+    @property
+    def _on_its_way(self) -> bool:
+        """Whether an approach stands where its way through free air ended: it will go on from there."""
+        return self.guard.state is State.APPROACH and self.motion.in_free_air
+
     def _let_stand(self, sensed: Sensed) -> None:
         """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""
         if UNHEARD.isdisjoint(one.name for one in self.alarms) and sensed.reading.age <= _FRESH:
@@ -243,11 +248,11 @@ class ControlLoop:
         self.forget()
         self._link.stop_behind()
 
-    def _answer(self, followed: bool) -> None:
+    def _answer(self, followed: bool, push: Array) -> None:
         """Leave who presses on the head, or brake where there is no way; in vain only once for each time."""
         motion = self.motion
         try:
-            motion.leave((motion.way_off_follower if followed else motion.way_out)(self.where()))
+            motion.leave((motion.way_off_follower if followed else motion.way_out)(self.where(), push))
             self.moving = True
         except UnreachableError as error:
             self.guard.could_not_leave()

@@ -47,7 +47,7 @@ class ProgramMoves:
             NotReadyError: The arm does something else.
             CanceledError: It was stopped on the way.
         """
-        path = self._planner.joint_path(self._loop.standing(), goal)
+        path = self._planner.slow_near_people(self._planner.joint_path(self._loop.standing(), goal))
         pace = self._planner.joint_pace
         self._run(path, Pace(share * pace.speed, pace.acceleration, pace.jerk))
 
@@ -178,4 +178,5 @@ def _joint_path(distances: Array, joints: Array, speed: float, planner: MotionPl
     caps = speed * steps / np.diff(distances)
     caps = np.minimum(np.append(caps, caps[-1]), np.insert(caps, 0, caps[0]))
     lengths = np.concatenate([[0.0], np.cumsum(steps)])
-    return timed_path(lengths, joints, planner.joint_pace.acceleration, planner.limits, 1.0, caps)
+    path = timed_path(lengths, joints, planner.joint_pace.acceleration, planner.limits, 1.0, caps)
+    return planner.slow_near_people(path, caps)

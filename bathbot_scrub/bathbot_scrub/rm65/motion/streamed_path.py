@@ -51,4 +51,4 @@ class StreamedPath:
         cut = float(lengths[first])
         self._lengths, self._joints = lengths[first:] - cut, joints[first:]
         path = timed_path(self._lengths, self._joints, planner.joint_pace.acceleration, planner.limits, 1.0)
-        return path, cut
+        return planner.slow_near_people(path), cut

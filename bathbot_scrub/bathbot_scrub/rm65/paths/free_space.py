@@ -25,7 +25,7 @@ _SAME = 0.05  # [rad] within which two postures are one
 _PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next to the person
 _DETOUR = 1.6  # longest way of the head over the straight distance
 _DETOUR_FREE = 0.15  # [m] that are no detour
-_BACKS = (0.0, 0.08, 0.16)  # [m] straight back from the person before the joints fold
+_BACKS = (0.16, 0.12, 0.08, 0.04, 0.0)  # [m] straight back from the person before the joints fold
 _GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wrist
 
 

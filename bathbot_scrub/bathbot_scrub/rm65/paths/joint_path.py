@@ -64,9 +64,18 @@ class JointPath:
         """The way back from a length, `distance` long or to the beginning."""
         begin = max(length - distance, 0.0)
         inner = self.lengths[(self.lengths > begin + 1e-9) & (self.lengths < length - 1e-9)]
-        at = np.concatenate([[max(length, begin + 1e-6)], inner[::-1], [begin]])
+        return self._through(np.concatenate([[max(length, begin + 1e-6)], inner[::-1], [begin]]))
+
+    def on_from(self, length: float, distance: float) -> "JointPath":
+        """The way on from a length, `distance` long or to the end."""
+        end = min(length + distance, self.end)
+        inner = self.lengths[(self.lengths > length + 1e-9) & (self.lengths < end - 1e-9)]
+        return self._through(np.concatenate([[min(length, end - 1e-6)], inner, [end]]))
+
+    def _through(self, at: Array) -> "JointPath":
+        """Through lengths of this path, shape (N,), rising or falling, at any speed."""
         joints = np.stack([self.at(s) for s in at])
-        return JointPath(at[0] - at, joints, np.full(len(at), np.inf))
+        return JointPath(np.abs(at - at[0]), joints, np.full(len(at), np.inf))
 
     def speed_at(self, length: float, ahead: float = 0.0) -> float:
         """Largest ds/dt allowed from a length to one farther `ahead`."""

@@ -64,6 +64,18 @@ class MotionPlanner:
         lengths, joints = joint_move(start, *goals, limits=self.limits)
         return timed_path(lengths, joints, self.joint_pace.acceleration, self.limits, 1.0)
 
+    def slow_near_people(self, path: JointPath, cap: ArrayLike = np.inf) -> JointPath:
+        """A path through free air at the speed that people near by allow.
+
+        Args:
+            path: In joint space; s is the travel of the fastest joint [rad].
+            cap: Largest ds/dt wanted, at each sample or one for all.
+        """
+        if self.surroundings is None:
+            return path
+        caps = np.minimum(cap, self.surroundings.caps(path.lengths, path.joints))
+        return timed_path(path.lengths, path.joints, self.joint_pace.acceleration, self.limits, 1.0, caps)
+
     def to_pose(self, start: ArrayLike, T_base_head: Array, patch: ArrayLike = ()) -> JointPath:
         """Joint path to a head pose whose z axis points at the person.
 
@@ -169,7 +181,7 @@ class MotionPlanner:
         for path in islice(paths, _TRIED):
             try:
                 self.check(path.joints, patch)
-                return path
+                return self.slow_near_people(path)
             except CollisionError as error:
                 first = first or error
         raise first or UnreachableError("no way")

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.arm.arm import Arm
 from bathbot_scrub.arm.errors import CollisionError, UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
@@ -53,6 +54,11 @@ class RetractPath:
         self._planner, self._retract, self._clock = planner, retract, clock
         self._ready: JointPath | None = None
         self._planned = -np.inf  # [s]
+
+    @property
+    def arm(self) -> Arm:
+        """Whose way it is."""
+        return self._planner.arm
 
     @property
     def pace(self) -> Pace:

@@ -16,6 +16,7 @@ from bathbot_scrub.arm.clearance import BodyClearance, SweptArm
 from bathbot_scrub.arm.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.arm.walls import walls_from
 from bathbot_scrub.rm65.paths.self_collision import ArmModel
+from bathbot_scrub.rm65.paths.speed_near_people import SpeedNearPeople
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.rm65.timing.clock import MONOTONIC
 
@@ -54,6 +55,7 @@ class Surroundings:
         folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
         self._own = min(-_OVERLAP, folded - _CLOSER)
         self._clearance = BodyClearance(arm)
+        self._near_people = SpeedNearPeople(arm, self._clearance, self.margin)
         self._body: Body | None = None
         self._blind = False  # the newest cloud was empty: nobody knows where the body is
 
@@ -123,6 +125,12 @@ class Surroundings:
         if body is not None:  # of whatever age: where somebody was seen last is the best guess
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
         return path
+
+    def caps(self, lengths: Array, joints: Array) -> Array:
+        """Largest ds/dt that people near by allow along a path; see `SpeedNearPeople.caps`."""
+        body = self._body
+        unknown = self._blind or body is None or self._clock() - body.stamp > self._max_age
+        return self._near_people.caps(lengths, joints, None if unknown else body.points)
 
     def _check_itself(self, path: SweptArm) -> None:
         with self._model_lock:
