@@ -97,4 +97,4 @@ def test_the_threshold_decides_where_the_recipe_says(threshold, action, tmp_path
 def pressed(force: float) -> Reading:
     """A steady force [N] on the tip of the head."""
     wrench = np.array([0.0, 0.0, -force, 0.0, 0.0, 0.0])
-    return Reading(0.0, wrench, wrench, wrench, 0.0, 0.005)
+    return Reading(0.0, wrench, wrench, wrench, (), 0.005)

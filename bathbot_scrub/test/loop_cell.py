@@ -54,7 +54,7 @@ class Link:
 
     def sense(self, now):
         wrench = self.wrench
-        return Sensed(Reading(now, wrench, wrench, wrench, 0.0, self.age), self.joints)
+        return Sensed(Reading(now, wrench, wrench, wrench, (), self.age), self.joints)
 
     connected = True
 

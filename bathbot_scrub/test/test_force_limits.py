@@ -158,7 +158,10 @@ def test_filter_keeps_a_constant_and_starts_with_it(force):
         wrench = wrench_filter.update(0.005 * k, [*force, 0.0, 0.0, 0.0])
         assert_allclose(wrench.filtered[:3], force, atol=1e-9)
     assert_allclose(wrench.sudden[:3], force, atol=1e-9)
-    assert wrench.rise == pytest.approx(0.0, abs=1e-6)
+    assert [trend.count for trend in wrench.trends] == [5, 9, 17]
+    for trend in wrench.trends:
+        assert trend.rise == pytest.approx(0.0, abs=1e-6)
+        assert trend.force == pytest.approx(np.linalg.norm(force), abs=1e-9)
 
 
 def test_a_step_is_passed_in_a_few_time_constants():
@@ -194,16 +197,29 @@ def test_a_wrench_that_is_no_number_is_told_and_forgotten():
     assert_allclose(wrench_filter.update(0.01, np.full(6, 2.0)).filtered[:3], 2.0)
 
 
-@given(slope=st.floats(1.0, 100.0))
-def test_rise_is_the_slope(slope):
+@given(slope=st.floats(1.0, 190.0))
+def test_trends_are_the_slope_and_the_force_now(slope):
+    """Up to 190 N/s, at which a sample differs by less than a newton from the one before."""
     wrench_filter = WrenchFilter(15.0)
-    for k in range(8):
+    for k in range(20):
         wrench = wrench_filter.update(0.005 * k, [0, 0, -slope * 0.005 * k, 0, 0, 0])
-    assert wrench.rise == pytest.approx(slope)
+        assert [trend.count for trend in wrench.trends] == [n for n in (5, 9, 17) if n <= k + 1]
+    for trend in wrench.trends:
+        assert trend.rise == pytest.approx(slope)
+        assert trend.force == pytest.approx(slope * 0.005 * 19)
+        assert trend.span == pytest.approx(0.005 * (trend.count - 1))
+
+
+@given(glitch=st.tuples(*[st.one_of(st.floats(1.1, 1e4), st.floats(-1e4, -1.1))] * 3))
+def test_a_single_glitch_of_any_size_is_no_rise(glitch):
+    wrench_filter = WrenchFilter(15.0)
+    for k in range(40):
+        wrench = wrench_filter.update(0.005 * k, [*(glitch if k == 20 else (0.0, 0.0, 0.0)), 0, 0, 0])
+        assert all(abs(trend.rise) < 1e-9 for trend in wrench.trends)
 
 
 def test_samples_that_arrive_together_were_not_taken_together():
     wrench_filter = WrenchFilter(15.0)
-    for k in range(8):
+    for k in range(20):
         wrench = wrench_filter.update(1e-5 * k, [0, 0, -5.0 - 0.05 * k, 0, 0, 0])
-    assert 0.0 < wrench.rise < 15.0
+    assert all(0.0 < trend.rise < 15.0 for trend in wrench.trends)

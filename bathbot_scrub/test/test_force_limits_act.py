@@ -8,6 +8,7 @@ import yaml
 from bathbot_scrub.arm.errors import ArmError
 from bathbot_scrub.arm.force_limits import default_file, load_force_limits
 from bathbot_scrub.arm.states import QUIET, State
+from bathbot_scrub.rm65.force.wrench_filter import Trend
 from bathbot_scrub.rm65.guard.force_checks import Reading, comfort, limit_passed, surge
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 
@@ -25,9 +26,14 @@ def pressed(*force, torque=0.0):
     return np.array([*force, torque, 0.0, 0.0])
 
 
-def reading(force, rise=0.0):
+def reading(force):
     wrench = pressed(0.0, 0.0, -force)
-    return Reading(0.0, wrench, wrench, wrench, rise, 0.0)
+    return Reading(0.0, wrench, wrench, wrench, (), 0.0)
+
+
+def leaves(limits, force, rise, count=5):
+    """Whether a force that rises makes the arm leave, seen over so many samples."""
+    return bool(surge((Trend(count, 0.005 * (count - 1), force, rise),), limits, True))
 
 
 def kind(words):
@@ -69,8 +75,10 @@ def decisions(limits, name):
         [kind(limit_passed(pressed(0.0, 0.0, -force), trunk, limits.transit)) for force in small],
         [round(comfort(force, region).speed, 6) for force in small],
         [kind(comfort(force, region).word) for force in small],
-        [bool(surge(reading(1.2, rise), limits, True)) for rise in np.arange(0.0, 60.0, 0.5)],
-        [bool(surge(reading(3.5, rise), limits, True)) for rise in np.arange(0.0, 60.0, 0.5)],
+        [leaves(limits, 1.2, rise) for rise in np.arange(0.0, 60.0, 0.5)],
+        [leaves(limits, 3.0, rise) for rise in np.arange(0.0, 60.0, 0.5)],
+        [leaves(limits, 3.0, rise, 17) for rise in np.arange(0.0, 60.0, 0.5)],
+        [leaves(limits, force, 0.0) for force in np.arange(0.0, 6.0, 0.02)],
         [round(limits.comfortable(name, wanted), 6) for wanted in np.arange(0.0, 0.010, 0.0005)],
         [zeroed(limits, residual) for residual in np.arange(0.0, 1.0, 0.01)],
         felt_at(limits),

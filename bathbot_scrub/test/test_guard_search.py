@@ -13,6 +13,7 @@ import pytest
 from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.force_limits import shipped_force_limits
 from bathbot_scrub.arm.states import QUIET, TRANSITIONS, Action, Alarm, Cause, Reaction, State
+from bathbot_scrub.rm65.force.wrench_filter import Trend
 from bathbot_scrub.rm65.guard.condition import Condition
 from bathbot_scrub.rm65.guard.force_checks import Reading
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
@@ -25,7 +26,7 @@ STANDS, MOVES = False, True
 
 def pressed(force, rise=0.0):
     wrench = np.array([0.0, 0.0, -force, 0.0, 0.0, 0.0])
-    return Reading(0.0, wrench, wrench, wrench, rise, 0.005)
+    return Reading(0.0, wrench, wrench, wrench, (Trend(5, 0.02, force, rise),), 0.005)
 
 
 READINGS = {

@@ -29,7 +29,7 @@ class Sensor:
         if force is None:
             return None
         wrench = np.array([0.0, 0.0, force - self.zero, 0.0, 0.0, 0.0])
-        return HeadWrench(self.now, wrench, wrench, wrench, 0.0)
+        return HeadWrench(self.now, wrench, wrench, wrench, ())
 
     def clear(self):
         self.done.append(("clear", self.now))
@@ -77,7 +77,7 @@ def test_each_axis_of_the_force_is_watched(axis):
     def newest():
         wrench = np.zeros(6)
         wrench[axis] = 0.7 * (sensor.now > 0.02)
-        return HeadWrench(sensor.now, wrench, wrench, wrench, 0.0)
+        return HeadWrench(sensor.now, wrench, wrench, wrench, ())
 
     with pytest.raises(NotReadyError, match=r"0\.70 N"):
         Zeroing(sensor.clear, newest, sensor.restart, sensor).run(LIMITS)

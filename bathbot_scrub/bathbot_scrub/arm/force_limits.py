@@ -15,6 +15,7 @@ from bathbot_scrub.arm.collision_table import quasi_static
 from bathbot_scrub.arm.errors import ArmSettingsError, NotReadyError
 
 _SINGLE = ("contact", "zero_residual", "transit", "surge", "give")
+_SPARE = 0.003  # [m] of give that a press leaves: a body breathes by 2 mm, depth errs by 1 mm
 _NAME = Path("config") / "force_limits.yaml"
 
 # What no file may pass. Where a number is not from the literature, it says what it would mean to pass it.
@@ -94,12 +95,20 @@ class ForceLimits:
                 raise ArmSettingsError(
                     f"contact {self.contact} N must lie below retract {region.retract} N of {name}"
                 )
-        if not self.contact < self.give:
-            raise ArmSettingsError(f"contact {self.contact} N must lie below give {self.give} N")
+        if not self.contact < self.used_up:
+            raise ArmSettingsError(
+                f"contact {self.contact} N must lie below give {self.give} N by more than zero_residual, "
+                f"{self.zero_residual} N"
+            )
         for name, most in _MOST.items():
             _demand_at_most(name, getattr(self, name), most)
         for name, region in self.regions.items():
             _check_bounds(name, region)
+
+    @property
+    def used_up(self) -> float:
+        """Force [N] at which the give counts as used: a reading may be off by what zeroing may leave."""
+        return self.give - self.zero_residual
 
     def region(self, name: str) -> RegionLimits:
         """Limits of one region.
@@ -121,7 +130,8 @@ class ForceLimits:
         """
         least, most = self.region(name).comfort
         stiffness = self.give / head.give
-        return min(max(compression, least / stiffness), most / stiffness, head.give)
+        deepest = self.used_up / stiffness - _SPARE
+        return min(max(compression, least / stiffness), most / stiffness, deepest)
 
     def check_zeroed(self, residual: float) -> None:
         """Refuse a zeroing that leaves too much.

@@ -8,11 +8,20 @@ from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-_WINDOW = 5  # samples, 20 ms at 200 Hz: the slope's noise is then 3.2 N/s for 0.05 N of the sensor's
+_WINDOWS = (5, 9, 17)  # samples, 20, 40 and 80 ms at 200 Hz
 _CYCLE = 0.005  # [s] of the push
 _CLOSEST = 0.8  # of a cycle: samples that arrive closer together were late, not taken closer together
 _GLITCH = np.array([1.0] * 3 + [0.1] * 3)  # [N, Nm] from one sample to the next; more must be seen twice
 _LONGEST_STEP = 0.05  # [s]; after a longer gap the filter starts anew
+
+
+class Trend(NamedTuple):
+    """The straight line through the newest samples of the resultant, by least squares."""
+
+    count: int  # of samples
+    span: float  # [s] from the oldest to the newest
+    force: float  # [N] of the line at the newest
+    rise: float  # [N/s]
 
 
 class HeadWrench(NamedTuple):
@@ -22,7 +31,7 @@ class HeadWrench(NamedTuple):
     raw: Array  # (6,)
     filtered: Array  # (6,) median of three, then first-order low-pass
     sudden: Array  # (6,) as measured where it goes on from the sample before, else what both have at least
-    rise: float  # [N/s] slope of the resultant over the last samples
+    trends: tuple[Trend, ...]  # over each window that is full, the shortest first
 
     @property
     def force(self) -> float:
@@ -54,6 +63,16 @@ def median(a: Array, b: Array, c: Array) -> Array:
     return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
 
 
+def _line(times: Array, forces: Array) -> Trend:
+    """The line through forces [N] at times [s], shape (N,) each."""
+    count = len(times)
+    since = times - times.sum() / count
+    rise = float(since @ forces / (since @ since))
+    return Trend(
+        count, float(since[-1] - since[0]), float(forces.sum()) / count + rise * float(since[-1]), rise
+    )
+
+
 class WrenchFilter:
     """Takes samples as they come; a single glitch of any size changes nothing but `raw` by more than 1 N."""
 
@@ -61,7 +80,7 @@ class WrenchFilter:
         """Cut above `cutoff` [Hz]; the wrench is that on the tip of `head`."""
         self._head = head
         self._time_constant = 1.0 / (2.0 * np.pi * cutoff)
-        self._recent: deque[tuple[float, float]] = deque(maxlen=_WINDOW)
+        self._recent: deque[tuple[float, float]] = deque(maxlen=max(_WINDOWS))
         self._raws: deque[Array] = deque(maxlen=3)
         self._last: HeadWrench | None = None
 
@@ -73,7 +92,7 @@ class WrenchFilter:
         raw, last = at_tip(wrench, self._head), self._last
         if not np.isfinite(raw).all():
             self.reset()
-            return HeadWrench(stamp, raw, raw, raw, 0.0)
+            return HeadWrench(stamp, raw, raw, raw, ())
         if last is None or not 0.0 <= stamp - last.stamp < _LONGEST_STEP:
             self.reset()
             self._raws.extend((raw, raw, raw))
@@ -83,19 +102,16 @@ class WrenchFilter:
             gain = (stamp - last.stamp) / (stamp - last.stamp + self._time_constant)
             filtered = last.filtered + gain * (median(*self._raws) - last.filtered)
         taken = max(stamp, self._recent[-1][0] + _CLOSEST * _CYCLE) if self._recent else stamp
-        self._recent.append((taken, resultant(raw)))
         before = self._raws[-2]
         sudden = np.where(np.abs(raw - before) < _GLITCH, raw, common(raw, before))
-        self._last = HeadWrench(stamp, raw, filtered, sudden, self._slope())
+        self._recent.append((taken, resultant(sudden)))
+        self._last = HeadWrench(stamp, raw, filtered, sudden, self._trends())
         return self._last
 
-    def _slope(self) -> float:
-        """Least-squares slope of the resultant over the window [N/s]; 0 until it is full."""
-        if len(self._recent) < _WINDOW:
-            return 0.0
-        middle = sum(time for time, _ in self._recent) / _WINDOW
-        spread = sum((time - middle) ** 2 for time, _ in self._recent)
-        return sum((time - middle) * force for time, force in self._recent) / spread
+    def _trends(self) -> tuple[Trend, ...]:
+        """A line over each window that is full."""
+        times, forces = np.array(self._recent).T
+        return tuple(_line(times[-n:], forces[-n:]) for n in _WINDOWS if n <= len(times))
 
     def reset(self) -> None:
         """Forget the past, as after zeroing."""

@@ -1,12 +1,13 @@
 """Which limit a force passes, in plain words, and what the comfort band asks for. Pure."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.force_limits import ForceLimits, RegionLimits
-from bathbot_scrub.rm65.force.wrench_filter import resultant
+from bathbot_scrub.rm65.force.wrench_filter import Trend, resultant
 
 Array = NDArray[np.float64]
 _REACTION = (
@@ -14,6 +15,7 @@ _REACTION = (
 )
 _SLOWEST = 0.25  # share of the scrubbing speed that is left just below the retract threshold
 _OWN_SURGE = 2.0  # times `surge`: while the head itself still moves towards the skin
+_SURGE_COUNT = 5  # samples to which `surge` belongs; the slope of more of them is known better
 
 
 class Reading(NamedTuple):
@@ -23,7 +25,7 @@ class Reading(NamedTuple):
     raw: Array  # as measured
     wrench: Array  # filtered
     sudden: Array  # as measured, but for single glitches
-    rise: float  # [N/s] of the resultant
+    trends: tuple[Trend, ...]  # of the resultant, over windows of several lengths, the shortest first
     age: float  # [s] since the sample arrived
 
 
@@ -49,22 +51,35 @@ def limit_passed(wrench: Array, region: RegionLimits, transit: float | None = No
     return f"torque {torque:.2f} Nm above {region.torque:g} Nm" if torque > region.torque else ""
 
 
-def surge(reading: Reading, limits: ForceLimits, settled: bool) -> str:
-    """Say that a rise of force will use up the bristles before the arm can react; empty when not.
+def surge(trends: tuple[Trend, ...], limits: ForceLimits, settled: bool) -> str:
+    """Say that the bristles' give is used up, or will be before the arm can react; empty when not.
+
+    A rise counts from where it is `surge` over 20 ms, 7.9 times what the sensor's noise alone gives; over 40
+    and 80 ms the noise gives less, so slower rises count.
 
     Args:
-        reading: What was felt.
+        trends: Of the force, the one over the longest window last.
         limits: With the rise that counts, and the force at which there is no give left.
         settled: Whether the head has come to rest on the skin; before, part of the rise is its own.
     """
-    least = limits.surge if settled else _OWN_SURGE * limits.surge
-    force = resultant(reading.wrench)
-    if reading.rise <= least or force + _REACTION * reading.rise <= limits.give:
-        return ""
-    return (
-        f"force {force:.1f} N rises by {reading.rise:.0f} N/s, above {least:g} N/s; "
-        f"beyond {limits.give:g} N the bristles have no give left"
-    )
+    for trend in trends:
+        least = noise_ratio(trend.count) * limits.surge * (1.0 if settled else _OWN_SURGE)
+        if trend.rise > least and trend.force + _REACTION * trend.rise > limits.give:
+            return (
+                f"force {trend.force:.1f} N rises by {trend.rise:.0f} N/s, above {least:.0f} N/s; "
+                f"beyond {limits.give:g} N the bristles have no give left"
+            )
+    if trends and trends[-1].force > limits.used_up:
+        return (
+            f"force {trends[-1].force:.1f} N above {limits.used_up:g} N: the bristles' give, "
+            f"{limits.give:g} N, is used up but for what the zero may be off"
+        )
+    return ""
+
+
+def noise_ratio(count: int) -> float:
+    """Noise of the slope through so many samples, over that of the window to which `surge` belongs."""
+    return math.sqrt(_SURGE_COUNT * (_SURGE_COUNT**2 - 1) / (count * (count**2 - 1)))
 
 
 class Comfort(NamedTuple):

@@ -17,7 +17,7 @@ from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.condition import Condition
 from bathbot_scrub.rm65.guard.force_checks import Reading, limit_passed, surge
 
-_SLOPE = 0.03  # [s] of good readings that a slope needs
+_STEADY = 0.01  # [s] of good readings before those of a slope
 _NO_FORCE = "force reading is not a number"
 _JUST_STARTED = "just started: nobody has said that nothing touches the head"
 _GOES_ON = (State.APPROACH, State.CONTACT, State.RETRACTING)  # in which a motion that waited goes on
@@ -113,7 +113,7 @@ class ForceGuard:
             moving: Whether the arm moves.
         """
         trusted = alarm.force and bool(np.isfinite(reading.wrench).all())
-        if not trusted:
+        if not trusted and np.isfinite(reading.stamp):  # before the first sample it is no number
             self._set(doubted=reading.stamp)
         if alarm.reaction is not Reaction.FAULT and not (trusted and alarm.joints):
             alarm = alarm._replace(reaction=Reaction.WAIT, message=alarm.message or _NO_FORCE)
@@ -317,7 +317,8 @@ class ForceGuard:
             return self._leave(excess, after, broken=now.broken)
         if alarm.reaction is Reaction.LEAVE and not moving:
             return self._leave(alarm.message, after, Cause.IDLE, now.broken)
-        self._set(off=now.off or not (now.felt or reading.rise > 0.0))
+        rises = any(trend.rise > 0.0 for trend in reading.trends[:1])
+        self._set(off=now.off or not (now.felt or rises))
         return self._calm()
 
     def _wait(self, alarm: Alarm) -> Action:
@@ -353,18 +354,20 @@ class ForceGuard:
         for wrench in (reading.sudden, reading.wrench):
             if passed := limit_passed(wrench, now.region, self._transit):
                 return passed
-        leaving = now.state is State.RETRACTING and not now.off
-        if leaving or reading.stamp - now.doubted < _SLOPE:
+        if now.state is State.RETRACTING and not now.off:
             return ""
-        return surge(reading, self.limits, now.settled or not now.touching)
+        steady = reading.stamp - now.doubted - _STEADY
+        trends = tuple(trend for trend in reading.trends if trend.span <= steady)
+        return surge(trends, self.limits, now.settled or not now.touching)
 
     def _note(self, reading: Reading, excess: str, trusted: bool) -> None:
         """Remember what is felt, and when the first sample over a limit came, to time the answer."""
         now = self._now
         over = excess or limit_passed(reading.raw, now.region, None if now.touching else self.limits.transit)
         since = reading.stamp if now.over_since is None else now.over_since
-        # the weight of the tool may be off by a newton or two where it was not zeroed
-        least = self.limits.transit if self._transit else self.limits.contact
+        # the tool's weight may be off by a newton or two where it was not zeroed; who leaves knows better
+        far = self._transit is not None and now.state is not State.RETRACTING
+        least = self.limits.transit if far else self.limits.contact
         force = max(resultant(reading.wrench), resultant(reading.sudden))
         self._set(
             over_since=since if over else None,

@@ -18,7 +18,7 @@ from bathbot_scrub.rm65.motion.arm_link import Sensed
 from bathbot_scrub.rm65.settings import DriverSettings
 
 Array = NDArray[np.float64]
-_NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, math.nan, math.inf)
+_NOTHING = Reading(math.nan, *[np.full(6, np.nan)] * 3, (), math.inf)
 
 
 class ArmSenses:
@@ -67,7 +67,7 @@ class ArmSenses:
         if wrench is None or sample is None:
             return Sensed(_NOTHING, np.full(6, np.nan))
         age = now - wrench.stamp
-        reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.rise, age)
+        reading = Reading(wrench.stamp, wrench.raw, wrench.filtered, wrench.sudden, wrench.trends, age)
         return Sensed(reading, sample.joints)
 
     def signals(self, now: float, tcp: Connected, activity: Activity) -> Signals:
