@@ -44,7 +44,6 @@ SHORT = {
     "bathbot_bringup/bathing/nodes.py": "table of the demo's nodes and their parameters",
     "bathbot_bringup/evaluation/depth/conditions.py": "table of the conditions",
     "bathbot_scrub/rm65/ros/vendor/installed.py": "the only import that may fail",
-    "bathbot_scrub/segment/segment.py": "the type that planner and driver share",
     "bathbot_scrub/segment/messages.py": "its codec",
     "bathbot_scrub/path/triangle_normals.py": "Eqs. (11)-(13), which stand alone",
     "bathbot_bringup/evaluation/safety/virtual/wire.py": "latency and jitter, which stand alone",

@@ -71,7 +71,8 @@ def test_a_starved_path_waits_in_contact_and_goes_on(cell):
     until(lambda: not cell.driver.loop.moving)
     first, second, third = segments()
     cell.driver.follow(first)
-    until(lambda: cell.driver.snapshot().reason == "waits for segments")
+    waits = f"waits for segments: segment 1 of path {first.path_id} has not come"
+    until(lambda: cell.driver.snapshot().reason == waits)
     assert cell.state() is State.CONTACT
     with pytest.raises(NotReadyError, match="in order"):
         cell.driver.follow(third)

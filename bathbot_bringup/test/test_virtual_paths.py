@@ -5,7 +5,7 @@ import pytest
 from bathbot_bringup.evaluation.safety.virtual.virtual_cell import TARGET, VirtualCell, ready_deg
 from bathbot_scrub.arm.errors import ArmError, InvalidPoseError, NotReadyError
 from bathbot_scrub.arm.states import State
-from bathbot_scrub.segment.segment import Segment
+from bathbot_scrub.segment.segment import Segment, is_refusal
 
 READY = {"home_deg": ready_deg(0.08), "standoff": 0.03, "approach_speed": 0.05}
 
@@ -102,3 +102,49 @@ def test_a_head_that_does_not_point_into_the_skin_is_refused():
     refused = send(cell, ("Trunk_skin", poses))
     assert isinstance(refused, InvalidPoseError)
     assert "80 deg past the skin's normal" in str(refused)
+
+
+def told_when_idle(cell):
+    """What the arm says when it leaves because nothing comes."""
+    cell.clock.until(lambda: cell.state() is State.RETRACTING, 6.0)
+    return cell.driver.loop.guard.reason
+
+
+def test_a_refused_segment_keeps_its_cause_whatever_comes_behind_it():
+    """The last one does not follow the first: that is not why the path ends there."""
+    cell = VirtualCell("Face_skin", seed=5, leave_after=1.0, **READY)
+    cell.approach()
+    poses = into(np.full(20, 0.004))
+    assert send(cell, ("Face_skin", poses), ("Face_skin", into(np.full(20, 0.05), 0.04))) is not None
+    for index in (2, 3):
+        with pytest.raises(NotReadyError, match=r"path 7: segment 1 was refused: .* below the skin"):
+            cell.driver.follow(Segment(7, index, False, "Face_skin", poses, 0.1))
+    assert is_refusal(cell.driver.snapshot().reason, 7)
+    reason = told_when_idle(cell)
+    assert "without anything to do: path 7: segment 1 was refused" in reason
+    assert "below the skin" in reason
+
+
+def test_what_an_idle_head_waits_for_is_named():
+    cell = VirtualCell("Trunk_skin", seed=6, leave_after=0.7, **READY)
+    cell.approach()
+    assert "anything to do: no path has begun" in told_when_idle(cell)
+    for last, words in (
+        (True, "anything to do: path 7 is followed to its end, and nobody has retracted"),
+        (False, "the planner is silent; segment 1 of path 7 has not come"),
+        (None, "anything to do: no path has begun"),  # the one before is over
+    ):
+        cell.clock.until(lambda: cell.state() is State.HOLD, 3.0)
+        cell.approach()
+        if last is not None:
+            cell.driver.follow(Segment(7, 0, last, "Trunk_skin", into(np.full(10, 0.004)), 0.1))
+        assert words in told_when_idle(cell)
+
+
+def test_an_idle_head_that_is_paused_says_so():
+    cell = VirtualCell("Trunk_skin", seed=7, leave_after=0.7, **READY)
+    cell.approach()
+    cell.driver.follow(Segment(7, 0, True, "Trunk_skin", into(np.full(20, 0.004)), 0.1))
+    cell.wait(0.3)
+    cell.driver.pause()
+    assert "it is paused, and nobody has resumed or retracted it" in told_when_idle(cell)

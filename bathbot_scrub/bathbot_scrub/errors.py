@@ -43,5 +43,9 @@ class NotReadyError(ScrubError):
     """Asked to scrub when it is not possible."""
 
 
+class SegmentRefusedError(ScrubError):
+    """The arm takes no more of the path."""
+
+
 class ScrubCanceledError(ScrubError):
     """Someone asked to stop before the path was done."""

@@ -120,7 +120,7 @@ class HalfReach:
         return (len(poses), "") if held.all() else (int(np.argmin(held)), "out of reach")
 
     def advance(self, poses):
-        return self.follow(poses)[0]
+        return self.follow(poses)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -145,6 +145,8 @@ def test_path_ends_where_the_skin_has_moved_out_of_reach(left):
     while not planner.finished:
         segments.append(planner.next_segment())
     assert segments[-1].last
+    assert planner.cut_short == "out of reach"
+    assert planner.fraction < 1.0
     assert all(reach.holds(segment.T_base_heads).all() for segment in segments[1:-1])
     assert np.isfinite(segments[-1].T_base_heads).all()
     assert len(segments[-1].T_base_heads) > 0

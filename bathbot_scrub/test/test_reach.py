@@ -69,10 +69,12 @@ def test_advancing_piece_by_piece_goes_as_far_as_following_all_at_once():
     assert why
     walker, done = Reach(kinematics, start), 0
     for piece in np.split(poses, 6):
-        taken = walker.advance(piece)
+        taken, ended = walker.advance(piece)
         done += taken
-        if taken < len(piece):
+        assert bool(ended) == (taken < len(piece))
+        if ended:
             break
+    assert ended
     assert abs(done - count) <= 1
 
 

@@ -10,6 +10,7 @@ from bathbot_scrub.job.scrub_job import ArmReport, Code, Outcome, ScrubJob, refu
 from bathbot_scrub.path.planner import PathPlanner, Task
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
+from bathbot_scrub.segment.segment import refusal as refusal_of
 from synthetic_skin import cylinder, plane, target
 
 SETTINGS = ScrubPlannerSettings(arm_state_max_age=30.0, stall_timeout=30.0)  # the tests may be slow
@@ -108,6 +109,35 @@ def test_arm_that_stops_ends_the_job(mode, code, words):
     assert len(rig.segments) == 3
 
 
+def test_a_path_that_was_cut_short_says_why_though_it_is_done():
+    planner = PathPlanner(Task(cylinder(), 0.0, target()), SETTINGS)
+    rig = Rig(plan=lambda: planner)
+    while not (rig.segments and rig.segments[-1].last):
+        rig.under_head = max(len(rig.segments) - 1, 0)
+        rig.say()
+        time.sleep(0.01)
+    planner.cut_short = "joint 2 meets its limit"
+    rig.say(done=True)
+    outcome = rig.end()
+    assert outcome.code == Code.NONE
+    assert outcome.message == "the path ended after 100%, out of reach: joint 2 meets its limit"
+    assert outcome.told("Trunk_skin").endswith(outcome.message)
+
+
+def test_a_planner_that_was_itself_held_up_does_not_call_the_arm_silent():
+    """All of the process stood still: what the arm said meanwhile is heard right afterwards."""
+    settings = ScrubPlannerSettings(arm_state_max_age=0.3, stall_timeout=30.0)
+    rig = Rig(settings)
+    rig.wait(lambda: rig.segments)
+    with rig.job._news:  # the job's thread cannot go on
+        time.sleep(0.6)
+    rig.job.join(0.02)
+    assert rig.outcome is None
+    rig.say()
+    rig.job.cancel()
+    assert rig.end().code == Code.CANCELED
+
+
 def test_silent_arm_ends_the_job():
     outcome = Rig(ScrubPlannerSettings(arm_state_max_age=0.1)).end()
     assert outcome.code == Code.ARM_STOPPED
@@ -121,6 +151,28 @@ def test_arm_that_does_not_take_up_the_path_ends_the_job():
         time.sleep(0.01)
     assert rig.end().code == Code.ARM_STOPPED
     assert "did not move on along path 7" in rig.outcome.message
+
+
+def test_a_segment_that_the_arm_refuses_ends_the_job_at_once_with_the_arms_reason():
+    """Nothing more is sent, and the arm must not use up what it took."""
+    rig = Rig()
+    rig.wait(lambda: len(rig.segments) == 3)
+    rig.job.see_arm(ArmReport(State.CONTACT, refusal_of(8, 1, "of another path"), 7, 0, 3, 0.0, False))
+    rig.job.join(0.2)
+    assert rig.outcome is None
+    rig.job.see_arm(ArmReport(State.CONTACT, refusal_of(7, 2, "18 mm too deep"), 7, 1, 1, 0.06, False))
+    outcome = rig.end()
+    assert outcome.code == Code.UNREACHABLE
+    assert "path 7: segment 2 was refused: 18 mm too deep" in outcome.message
+    assert outcome.broke_off
+    assert len(rig.segments) == 3
+
+
+def test_a_first_segment_that_is_refused_is_told_though_the_arm_is_on_no_path():
+    rig = Rig()
+    rig.wait(lambda: rig.segments)
+    rig.job.see_arm(ArmReport(State.CONTACT, refusal_of(7, 0, "no way there"), 3, 0, 0, 0.0, False))
+    assert "no way there" in rig.end().message
 
 
 def test_large_shift_loses_the_target():

@@ -21,13 +21,14 @@ from bathbot_scrub.errors import (
     NotReadyError,
     OutOfReachError,
     ScrubCanceledError,
+    SegmentRefusedError,
     SurfaceError,
     TargetLostError,
 )
 from bathbot_scrub.path.planner import PathPlanner
 from bathbot_scrub.path.surface_map import Sighting
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
-from bathbot_scrub.segment.segment import Segment
+from bathbot_scrub.segment.segment import Segment, is_refusal
 
 _TICK = 0.05  # [s] between looks at clock and arm when nothing arrives
 
@@ -66,7 +67,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         code: What kept it from success.
-        message: In plain words; empty on success.
+        message: In plain words; empty where all of the path was scrubbed.
         segments: Sent to the arm.
         length: Of path followed [m].
     """
@@ -89,7 +90,8 @@ class Outcome(NamedTuple):
     def told(self, region: str) -> str:
         """How the scrub of a region ended, in one line."""
         if self.code is Code.NONE:
-            return f"scrubbed {self.length:.2f} m of {region} in {self.segments} segments"
+            done = f"scrubbed {self.length:.2f} m of {region} in {self.segments} segments"
+            return f"{done}; {self.message}" if self.message else done
         return f"{region}: {self.message}"
 
 
@@ -121,7 +123,7 @@ class ScrubJob:
         self._news = threading.Condition()
         self._sighting: Sighting | None = None
         self._arm: ArmReport | None = None
-        self._heard = time.monotonic()
+        self._unheard = 0.0  # [s] of listening since the arm said something
         self._canceled = False
         self._sent, self._length, self._moved = 0, 0.0, time.monotonic()
         self._thread = threading.Thread(target=self._run, name="scrub", daemon=True)
@@ -141,7 +143,7 @@ class ScrubJob:
         with self._news:
             if self._arm is None or self._arm.state != State.RETRACTING:
                 self._arm = report
-            self._heard = time.monotonic()
+            self._unheard = 0.0
             self._news.notify()
 
     def cancel(self) -> None:
@@ -157,20 +159,23 @@ class ScrubJob:
     def _run(self) -> None:
         code, message = Code.NONE, ""
         try:
-            self._follow(self._plan())
+            message = self._follow(self._plan())
         except BathbotError as error:
             code, message = code_of(error), str(error)
         except Exception as error:  # a goal whose thread died unseen would never end
             code, message = Code.TARGET_LOST, f"planning failed: {type(error).__name__}: {error}"
         self._done(Outcome(code, message, self._sent, self._length))
 
-    def _follow(self, planner: PathPlanner) -> None:
+    def _follow(self, planner: PathPlanner) -> str:
+        """Follow the path to its end; tell why that came early, empty when it did not."""
         seen, self._moved = time.monotonic(), time.monotonic()
         planner.map.watch_from(self._clock())
         while True:
             arm = self._wait()
             if self._at_end(planner, arm):
-                return
+                if not planner.cut_short:
+                    return ""
+                return f"the path ended after {planner.fraction:.0%}, out of reach: {planner.cut_short}"
             self._demand_contact(arm)
             wanted = not planner.finished and self._with_arm(arm) < self._settings.ahead
             fresh = self._sighting is not None  # whoever moves is noticed at once
@@ -185,7 +190,9 @@ class ScrubJob:
 
     def _wait(self) -> ArmReport | None:
         with self._news:
+            begun = time.monotonic()
             self._news.wait(_TICK)
+            self._unheard += min(time.monotonic() - begun, 2.0 * _TICK)  # more: this process was held up
             if self._canceled:
                 raise ScrubCanceledError(f"canceled after {self._sent} segments")
             return self._arm
@@ -211,15 +218,18 @@ class ScrubJob:
 
     def _demand_contact(self, arm: ArmReport | None) -> None:
         """Raise when the arm does not scrub."""
-        silent = time.monotonic() - self._heard
-        if silent > self._settings.arm_state_max_age:
-            raise ArmStoppedError(f"arm_state has been silent for {silent:.1f} s; is rm65_driver running?")
+        if self._unheard > self._settings.arm_state_max_age:
+            raise ArmStoppedError(
+                f"arm_state has been silent for {self._unheard:.1f} s; is rm65_driver running?"
+            )
         if arm is None:
             return
         if arm.state == State.RETRACTING:
             raise ArmLeftError(f"the arm left the skin: {arm.reason or 'no reason given'}")
         if arm.state != State.CONTACT:
             raise ArmStoppedError(f"the arm is in {arm.state.name}: {arm.reason or 'no reason given'}")
+        if is_refusal(arm.reason, self.path_id):
+            raise SegmentRefusedError(f"the arm takes no more: {arm.reason}")
         if time.monotonic() - self._moved > self._settings.stall_timeout:
             raise ArmStoppedError(
                 f"the arm did not move on along path {self.path_id} for {self._settings.stall_timeout} s, "
@@ -237,6 +247,7 @@ def code_of(error: BathbotError) -> Code:
     """The error code of action/Scrub that stands for an error."""
     kinds: tuple[tuple[type[BathbotError], Code], ...] = (
         (OutOfReachError, Code.UNREACHABLE), (UnreachableError, Code.UNREACHABLE),
+        (SegmentRefusedError, Code.UNREACHABLE),
         (TargetLostError, Code.TARGET_LOST), (SurfaceError, Code.NO_SURFACE),
         (ArmLeftError, Code.FORCE_LIMIT), (ArmStoppedError, Code.ARM_STOPPED),
         (NotReadyError, Code.NOT_READY), (ScrubCanceledError, Code.CANCELED),

@@ -77,6 +77,7 @@ class PathPlanner:
         self._last = self.poses[0]
         self._index, self._given, self.length = 0, 0, 0.0
         self.finished = False
+        self.cut_short = ""  # why the path ended before its end; empty: it did not
 
     @property
     def summary(self) -> str:
@@ -204,9 +205,10 @@ class PathPlanner:
 
     def _cut(self, poses: Array, ends: bool) -> tuple[Array, bool]:
         """End the path where the skin, as it has moved, takes it out of reach."""
-        count = len(poses) if self._reach is None else self._reach.advance(poses)
+        count, why = (len(poses), "") if self._reach is None else self._reach.advance(poses)
         if count == len(poses):
             return poses, ends
+        self.cut_short = why
         return (poses[:count] if count else self._last[None]), True
 
     def _whole(self, shaper: SegmentShaper, joint: Joint, field: HeightField) -> Array:

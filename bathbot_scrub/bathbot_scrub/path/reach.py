@@ -72,21 +72,26 @@ class Reach:
             return cut.count, str(cut)
         return len(poses), ""
 
-    def advance(self, poses: ArrayLike) -> int:
-        """How many more poses, shape (N, 4, 4), the arm can follow after those before; goes on to there."""
+    def advance(self, poses: ArrayLike) -> tuple[int, str]:
+        """How many more poses, shape (N, 4, 4), the arm can follow after those before; goes on to there.
+
+        Returns:
+            Their number, and why it ends there: empty when it can follow all.
+        """
         poses = np.asarray(poses, dtype=float)
         before = [] if self._last is None else [self._last]
-        count = len(poses)
+        count, why = len(poses), ""
         while count:
             knots = np.stack([*before, *poses[:count]])
             try:
                 self._joints = self._solve(knots, self._joints, self._arm.limits)
             except _CutShortError as cut:
+                why = why or str(cut)
                 count = min(count - 1, max(cut.count - len(before), 0))
             else:
                 self._last = knots[-1]
                 break
-        return count
+        return count, why
 
     def _solve(self, poses: Array, seed: Array, limits: JointLimits) -> Array:
         """Joints [rad], shape (J,), at the last of head poses, shape (N, 4, 4), or a _CutShortError."""

@@ -110,6 +110,10 @@ class ArmDriver:
         """Add a segment to the path; segment 0 starts a new one; see `ScrubMotion.follow`."""
         self._scrub.follow(segment)
 
+    def refuse(self, path_id: int, index: int, why: str) -> None:
+        """Take no more of a path whose segment `index` could not be read; see `ScrubMotion.refuse`."""
+        self._scrub.refuse(path_id, index, why)
+
     def retract(self) -> None:
         """Leave along the outward normal at once; in FAULT too when only the force is in doubt.
 
@@ -198,8 +202,10 @@ class ArmDriver:
         with loop.lock:
             guard, progress = loop.guard, self._scrub.progress()
             state, reason, threshold = guard.state, guard.waiting or guard.reason, guard.region.retract
-            if state is State.CONTACT and progress.at_end:
-                reason = "path done" if progress.done else self._scrub.refusal or "waits for segments"
+            if state is State.CONTACT and self._scrub.refusal:
+                reason = self._scrub.refusal
+            elif state is State.CONTACT and progress.at_end:
+                reason = "path done" if progress.done else f"waits for segments: {loop.awaits}"
         reading = self.link.sense(self._clock()).reading
         fresh = reading.age <= self.settings.stale_after
         connected = self.link.connected and fresh and loop.first.decided

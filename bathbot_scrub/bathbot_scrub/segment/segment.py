@@ -1,4 +1,4 @@
-"""One piece of a scrub path, as the planner lays it and the driver follows it."""
+"""One piece of a scrub path, as the planner lays it and the driver follows it, or refuses it."""
 
 from typing import NamedTuple
 
@@ -28,3 +28,17 @@ class Segment(NamedTuple):
     speed: float
     spacing: float = 0.0
     stamp: float = 0.0
+
+
+def refusal(path_id: int, index: int, why: str) -> str:
+    """What the driver says of itself, as `reason`, once it has refused a segment."""
+    return f"{_refused(path_id)} {index} was refused: {why}"
+
+
+def is_refusal(reason: str, path_id: int) -> bool:
+    """Whether a driver's `reason` says that it has refused a segment of a path."""
+    return reason.startswith(_refused(path_id))
+
+
+def _refused(path_id: int) -> str:
+    return f"path {path_id}: segment"

@@ -33,6 +33,7 @@ class Activity(NamedTuple):
     starved: bool  # at rest at the end of what is queued, and the path is not finished
     idle: float  # [s] on the skin without any motion
     path_open: bool  # a path was begun and is not finished
+    waits_for: str = ""  # what the head on the skin waits for, in words
 
 
 class Signals(NamedTuple):

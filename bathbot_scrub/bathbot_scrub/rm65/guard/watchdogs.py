@@ -122,14 +122,21 @@ def _starvation(signals: Signals, settings: DriverSettings) -> str:
 
 def _planner_silence(signals: Signals, settings: DriverSettings) -> str:
     silent = signals.activity.path_open and signals.activity.idle > settings.leave_after
+    if not silent:
+        return ""
     return (
-        f"no segment for {signals.activity.idle:.0f} s on the skin: the planner is silent" if silent else ""
+        f"no segment for {signals.activity.idle:.0f} s on the skin: the planner is silent; "
+        f"{signals.activity.waits_for}"
     )
 
 
 def _idle_contact(signals: Signals, settings: DriverSettings) -> str:
     idle = not signals.activity.path_open and signals.activity.idle > settings.leave_after
-    return f"on the skin for {signals.activity.idle:.0f} s without anything to do" if idle else ""
+    if not idle:
+        return ""
+    return (
+        f"on the skin for {signals.activity.idle:.0f} s without anything to do: {signals.activity.waits_for}"
+    )
 
 
 _WAIT, _LEAVE, _FAULT, _TELL = Reaction.WAIT, Reaction.LEAVE, Reaction.FAULT, Reaction.TELL

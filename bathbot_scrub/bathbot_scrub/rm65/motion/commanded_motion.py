@@ -99,9 +99,7 @@ class CommandedMotion:
     @property
     def at_rest(self) -> bool:
         """Whether nothing that is commanded moves, nor goes on by itself."""
-        return (self.runner is None or self.runner.stands) and (
-            self._trail is None or self._trail[0].at_rest
-        )
+        return (self.runner is None or self.runner.stands) and (self._trail is None or self._trail[0].at_rest)
 
     @property
     def in_free_air(self) -> bool:

@@ -40,6 +40,7 @@ _TRY = "check the controller, its cable and parameters host, port, udp_port"
 _REST = 0.5  # [s] the stream goes on after the last motion
 _SHORTEST_FRAME = 0.002  # [s] between commands, the least a controller of the third generation takes
 _FRESH = 0.02  # [s] age of a sample that tells where the arm is now
+NO_PATH = "no path has begun"
 _STOOD = 0.1  # [s] without a command after which the controller ends the stream
 
 
@@ -71,6 +72,7 @@ class ControlLoop:
         self.lock = clock.condition()
         self.alarms: tuple[Alarm, ...] = ()
         self.path_open = False  # a path was begun and its last segment has not come
+        self.awaits = NO_PATH  # what the head on the skin waits for, in words
         self.moving = False  # whether a motion is under way; written under the lock only
         self._link, self._watchdogs, self._warn = link, Watchdogs(settings), warn
         retract = Retract(settings.retract_distance, settings.retract_speed)
@@ -112,8 +114,15 @@ class ControlLoop:
         """The gravest of what the watchdogs say now; the caller holds the lock."""
         now = self._clock()
         activity = self._idle_contact.judge(self.guard, self.moving, self.path_open, now)
+        activity = activity._replace(waits_for=self._waits_for())
         self.alarms = self._watchdogs.judge(self._link.signals(now, activity), now)
         return gravest(self.alarms)
+
+    def _waits_for(self) -> str:
+        """What the head on the skin waits for, in words."""
+        if self.guard.paused:
+            return "it is paused, and nobody has resumed or retracted it"
+        return self.awaits if self.guard.state is State.CONTACT else self.guard.reason
 
     def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
         """Start a motion from rest; the caller holds the lock and has set the guard's state.

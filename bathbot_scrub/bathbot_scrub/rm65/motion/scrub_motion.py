@@ -11,14 +11,15 @@ from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
 from bathbot_scrub.rm65.motion.arm_link import ArmLink
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
-from bathbot_scrub.rm65.motion.control_loop import ControlLoop
+from bathbot_scrub.rm65.motion.control_loop import NO_PATH, ControlLoop
 from bathbot_scrub.rm65.motion.path_depth import Bristles, Felt, Skin, check_depth
 from bathbot_scrub.rm65.motion.scrub_path import ScrubPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner, line_pace
 from bathbot_scrub.rm65.settings import DriverSettings
-from bathbot_scrub.segment.segment import Segment
+from bathbot_scrub.segment.segment import Segment, refusal
 
 Array = NDArray[np.float64]
+_REMEMBERED = 16  # paths of which a segment was refused
 
 
 class Progress(NamedTuple):
@@ -49,27 +50,53 @@ class ScrubMotion:
         self._bristles = Bristles(limits.contact, limits.give / planner.arm.tool.give, planner.arm.tool.give)
         self._path: ScrubPath | None = None
         self._touch: Felt | None = None
-        self.refusal = ""  # why the newest segment was not taken
+        self._refusals: dict[int, str] = {}  # by path: why no more of it is taken
+
+    @property
+    def refusal(self) -> str:
+        """Why no more is taken of the path being followed, or sent last; empty when all was."""
+        followed = self._path.path_id if self._path else None
+        return self._refusals.get(followed) or next(reversed(self._refusals.values()), "")
 
     def touched(self, touch: Felt | None) -> None:
-        """Know where an approach has felt skin; None: it is somewhere else from now on."""
+        """Know where an approach has felt skin; None: it goes elsewhere now, and no path goes on."""
         self._touch = touch
+        self._refusals.clear()
+        with self._loop.lock:
+            self._loop.path_open, self._loop.awaits = False, NO_PATH
 
     def follow(self, segment: Segment) -> None:
         """Add a segment to the path; segment 0 starts a new one.
 
-        The stricter limits hold of the region touched and of the path's; the latter does not change.
+        The stricter limits hold of the region touched and of the path's; the latter does not change. Where a
+        segment was refused, so are those behind it, for the same reason, until one comes that fits.
 
         Raises:
             NotReadyError: Not in contact, out of order, or the queue is full.
             UnreachableError, InvalidPoseError: The segment is refused as a whole.
         """
+        if segment.index > self._next_of(segment.path_id) and segment.path_id in self._refusals:
+            raise NotReadyError(self._refusals[segment.path_id])
         try:
             self._append(segment)
-            self.refusal = ""
         except ArmError as error:
-            self.refusal = f"segment {segment.index} was refused: {error}"
+            self.refuse(segment.path_id, segment.index, str(error))
             raise
+
+    def refuse(self, path_id: int, index: int, why: str) -> None:
+        """Know that a segment was not taken: what comes behind it is refused for the same reason."""
+        if index <= self._next_of(path_id) or path_id not in self._refusals:
+            self._refusals[path_id] = refusal(path_id, index, why)
+        while len(self._refusals) > _REMEMBERED:
+            del self._refusals[next(iter(self._refusals))]
+        with self._loop.lock:
+            followed = self._path is not None and self._path.path_id == path_id
+            if followed or not self._loop.path_open:
+                self._loop.path_open, self._loop.awaits = False, self._refusals[path_id]
+
+    def _next_of(self, path_id: int) -> int:
+        """Index of the segment of a path that must come next."""
+        return len(self._path.ends) if self._path and self._path.path_id == path_id else 0
 
     def progress(self) -> Progress:
         """Where the head is; the caller holds the loop's lock."""
@@ -95,9 +122,10 @@ class ScrubMotion:
                 raise NotReadyError(f"{self._settings.queue_length} segments wait already; send fewer ahead")
         self._check_depth(segment)
         longer = path.extend(segment)
+        self._refusals.pop(path.path_id, None)
         with loop.lock:
             loop.extend(longer)
-            loop.path_open = not segment.last
+            self._await(segment)
 
     def _begin(self, segment: Segment) -> None:
         region, loop, settings = self._limits.region(segment.region), self._loop, self._settings
@@ -112,7 +140,15 @@ class ScrubMotion:
             self._require_contact()
             loop.guard.begin_path(region.stricter(loop.guard.region))
             loop.begin(path.path, pace, MotionKind.SCRUB)
-            self._path, loop.path_open = path, not segment.last
+            self._path = path
+            self._refusals.clear()
+            self._await(segment)
+
+    def _await(self, segment: Segment) -> None:
+        """Know what must come behind a segment; the caller holds the loop's lock."""
+        done = f"path {segment.path_id} is followed to its end, and nobody has retracted"
+        more = f"segment {segment.index + 1} of path {segment.path_id} has not come"
+        self._loop.path_open, self._loop.awaits = not segment.last, done if segment.last else more
 
     def _check_depth(self, segment: Segment) -> Array:
         """The segment's poses, shape (N, 4, 4), if none presses deeper than the skin known allows."""

@@ -76,6 +76,7 @@ class Rm65Driver(StageNode):
         outcome = outcome_of(self, lambda: self._driver.follow(checked_segment(message)))
         self._refused = ""
         if isinstance(outcome, BathbotError):
+            self._driver.refuse(message.path_id, message.index, str(outcome))  # it may be unreadable
             self._refused = f"segment {message.index} of path {message.path_id} refused: {outcome}"
             self._warn(self._refused)
 
