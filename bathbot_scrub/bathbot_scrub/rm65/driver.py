@@ -22,12 +22,14 @@ from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
 from bathbot_scrub.rm65.motion.control_loop import ControlLoop
 from bathbot_scrub.rm65.motion.controller_link import ControllerLink
 from bathbot_scrub.rm65.motion.path_depth import Felt
+from bathbot_scrub.rm65.motion.path_watch import LOOKS, PathWatch
 from bathbot_scrub.rm65.motion.program_moves import ProgramMoves
 from bathbot_scrub.rm65.motion.scrub_motion import ScrubMotion
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
+from bathbot_scrub.rm65.timing.beat import Ticker
 from bathbot_scrub.rm65.timing.clock import MONOTONIC, Clock
 from bathbot_scrub.segment.segment import Segment
 
@@ -85,6 +87,7 @@ class ArmDriver:
         )
         guard = ForceGuard(self.limits, settings.home_needs_consent)
         self.loop = ControlLoop(self.link, self.planner, guard, settings, warn, clock)
+        self.watch, self._watching = PathWatch(self.loop, self.surroundings), None
         self._approach = Approach(self.loop, self.link, self.planner, self.limits, settings)
         self.moves = ProgramMoves(self.loop, self.planner, self.limits)
         self._scrub = ScrubMotion(self.loop, self.link, self.planner, self.limits, settings)
@@ -92,6 +95,7 @@ class ArmDriver:
     def start(self) -> None:
         """Connect and guard, in threads of their own."""
         self.loop.thread.start()
+        self._watching = Ticker(LOOKS, self.watch.look, self._warn)
         self.link.start(self.loop.connection_lost, self.loop.thread.wake)
 
     def approach(
@@ -135,7 +139,8 @@ class ArmDriver:
         path = self.planner.to_home(self.loop.standing(), self._approach.came)
         with self.loop.lock:
             self.loop.guard.begin_approach(self.limits.gentlest(), "going home")
-            self.loop.begin(path, self.planner.joint_pace, MotionKind.HOME)
+            patch = self.arm.head(path.joints[:1])[:, :3, 3]
+            self.loop.begin(path, self.planner.joint_pace, MotionKind.HOME, patch)
         self._approach.came = (
             None  # asked again, from home or half-way, the arm must not go back to the person
         )
@@ -161,7 +166,7 @@ class ArmDriver:
     def resume(self) -> None:
         """Go on after a pause, allow the next motion, leave FAULT, or vouch for an untouched head.
 
-        Blocks while errors are cleared.
+        A paused motion goes on only where the rest of its way is free. Blocks while errors are cleared.
 
         Raises:
             ArmError: When none applies, or the cause is still there.
@@ -172,6 +177,7 @@ class ArmDriver:
             deadline = self._clock() + _CLEARED
             while self.link.sample is sample and self._clock() < deadline:
                 self._clock.sleep(0.005)
+        self.watch.check_paused()
         with loop.lock:
             if loop.guard.state is State.FAULT and not loop.moving:
                 loop.forget()
@@ -234,6 +240,8 @@ class ArmDriver:
         self.stop()
         with self.loop.lock:
             self.loop.lock.wait_for(lambda: not self.loop.moving, _BRAKED)
+        if self._watching is not None:
+            self._watching.close()
         self.loop.thread.close()
         self.link.close()
 

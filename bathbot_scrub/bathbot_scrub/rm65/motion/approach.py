@@ -144,7 +144,7 @@ class Approach:
                 raise _why(loop.guard)
             if kind is MotionKind.SEEK:
                 loop.guard.begin_seeking()
-            loop.begin(path, pace, kind)
+            loop.begin(path, pace, kind, target[None, :3, 3])
         while True:
             with loop.lock:
                 over = loop.lock.wait_for(lambda: not _under_way(loop), 0.1)

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from bathbot_scrub.arm.errors import NotReadyError
 from bathbot_scrub.arm.joint_limits import JointLimits
 from bathbot_scrub.arm.states import State
-from bathbot_scrub.rm65.motion.free_air import Along, OnWay
+from bathbot_scrub.rm65.paths.free_air import Along, OnWay
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import RetractPath
 
 Array = NDArray[np.float64]
+NOWHERE: Array = np.empty((0, 3))
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 _SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
 # along a way through free air on which something was met; as for a retract, the joints limit what follows
@@ -89,7 +90,7 @@ class CommandedMotion:
         """
         self.command: Array | None = None  # joints last commanded [rad]; None: not streaming
         self.runner: PathRunner | None = None
-        self.kind = MotionKind.TRANSIT
+        self.kind, self.patch = MotionKind.TRANSIT, NOWHERE
         self._retract_path, self._period, self._limits = retract_path, period, limits
         self._pace = _STOP_LINE
         self._trail: tuple[PathRunner, Array] | None = None  # motion still braking while the next one runs
@@ -114,8 +115,14 @@ class CommandedMotion:
             return self._along.at(self.runner.length)
         return self._came
 
-    def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
+    def begin(self, path: JointPath, pace: Pace, kind: MotionKind, patch: Array = NOWHERE) -> None:
         """Start from rest.
+
+        Args:
+            path: Where to.
+            pace: How fast.
+            kind: What for.
+            patch: Places, shape (K, 3) [m], about which the head may touch the body.
 
         Raises:
             NotReadyError: When the path begins elsewhere.
@@ -124,7 +131,7 @@ class CommandedMotion:
         if self.command is not None and np.abs(start - self.command).max() > 0.02:
             raise NotReadyError("the motion was planned from elsewhere; ask again")
         self.runner, self.kind, self._trail = PathRunner(path, pace, self._period), kind, None
-        self._pace, self._came, self._along = pace, None, None
+        self._pace, self._came, self._along, self.patch = pace, None, None, patch
         self.command = start if self.command is None else self.command
 
     def extend(self, path: JointPath) -> None:

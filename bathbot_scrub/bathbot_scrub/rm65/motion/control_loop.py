@@ -22,6 +22,7 @@ from bathbot_scrub.rm65.motion.arm_link import ArmLink, Sensed
 from bathbot_scrub.rm65.motion.commanded_motion import (
     ARRIVALS,
     MORE_MAY_COME,
+    NOWHERE,
     CommandedMotion,
     MotionKind,
     standing_joints,
@@ -124,8 +125,10 @@ class ControlLoop:
             return "it is paused, and nobody has resumed or retracted it"
         return self.awaits if self.guard.state is State.CONTACT else self.guard.reason
 
-    def begin(self, path: JointPath, pace: Pace, kind: MotionKind) -> None:
-        """Start a motion from rest; the caller holds the lock and has set the guard's state.
+    def begin(self, path: JointPath, pace: Pace, kind: MotionKind, patch: Array = NOWHERE) -> None:
+        """Start a motion from rest, as `CommandedMotion.begin`.
+
+        The caller holds the lock and has set the guard's state.
 
         Raises:
             NotReadyError: The arm moves, or stands elsewhere; it is on no way then.
@@ -133,7 +136,7 @@ class ControlLoop:
         try:
             if self.moving:
                 raise NotReadyError(f"the arm still moves {self.motion.kind.value}")
-            self.motion.begin(path, pace, kind)
+            self.motion.begin(path, pace, kind, patch)
         except NotReadyError as error:
             if self.guard.state is State.APPROACH:
                 self.guard.stop(str(error))
@@ -156,6 +159,14 @@ class ControlLoop:
         if self.guard.waiting:  # it begins when the wait is over
             self.motion.brake()
         self.moving = True
+
+    def give_up(self, runner: PathRunner, reason: str) -> None:
+        """Brake, and give a motion up, if it is under way still, or waits to go on by itself."""
+        with self.lock:
+            if self.motion.runner is runner and self.guard.state in (State.APPROACH, State.CONTACT):
+                self.guard.stop(reason)
+                self.motion.brake()
+                self.lock.notify_all()
 
     def forget(self) -> None:
         """Command nothing any more; the caller holds the lock."""

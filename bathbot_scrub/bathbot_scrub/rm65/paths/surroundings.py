@@ -54,7 +54,7 @@ class Surroundings:
         self._model, self._model_lock = ArmModel(arm, walls), threading.Lock()
         folded = self._model.nearest(np.radians(settings.home_deg)).distance  # free by the user's word
         self._own = min(-_OVERLAP, folded - _CLOSER)
-        self._clearance = BodyClearance(arm)
+        self._arm, self._clearance = arm, BodyClearance(arm)
         self._near_people = SpeedNearPeople(arm, self._clearance, self.margin)
         self._body: Body | None = None
         self._blind = False  # the newest cloud was empty: nobody knows where the body is
@@ -125,6 +125,15 @@ class Surroundings:
         if body is not None:  # of whatever age: where somebody was seen last is the best guess
             self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
         return path
+
+    @property
+    def body(self) -> Body | None:
+        """What was seen last; None before anything was."""
+        return self._body
+
+    def heads(self, joints: Array) -> Array:
+        """Places of the head's tip, shape (N, 3) [m], at joints (N, 6) [rad]."""
+        return self._arm.head(joints)[:, :3, 3]
 
     def caps(self, lengths: Array, joints: Array) -> Array:
         """Largest ds/dt that people near by allow along a path; see `SpeedNearPeople.caps`."""

@@ -67,6 +67,7 @@ TARGET[:3, 3] = 0.54, -0.05, 0.2
 TARGET.setflags(write=False)
 _FEED = 0.02  # [s] between looks at whether the arm needs another segment
 _STROKE, _POSE = 0.04, 0.002  # [m] of a stroke to either side; between its poses
+_LOOKED = 0.05  # [s] until the driver has looked at a new cloud, as its thread does
 _SOONEST = 1e-5  # [s] to the next beat: what is left of a period may be a rounding error
 
 
@@ -147,6 +148,7 @@ class VirtualCell:
         """Show the driver where the body is, `every` so many seconds, `late` by so many."""
         points, stamp = self.person.cloud(self.clock()), self.clock()
         self.after(late, lambda: self.driver.surroundings.see(points, stamp))
+        self.after(late + _LOOKED, self.driver.watch.look)
         self.after(every, lambda: self.look(every, late))
 
     def approach(self, **changes: Any) -> Touch:
