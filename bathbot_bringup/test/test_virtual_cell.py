@@ -135,6 +135,13 @@ def test_a_connection_that_is_cut_comes_back():
     assert cell.driver.snapshot().connected
 
 
+def test_what_is_to_happen_at_a_place_happens_there():
+    cell, gaps = VirtualCell("Trunk_skin", home_deg=ready_deg(0.15)), []
+    cell.when(lambda: cell.gap() < 0.1, lambda: gaps.append(cell.gap()))
+    cell.approach()
+    assert gaps == [pytest.approx(0.1, abs=0.005)]
+
+
 def test_what_is_ordered_for_later_happens_while_the_driver_is_on_its_way():
     cell = VirtualCell("Trunk_skin", home_deg=ready_deg(0.15))
     cell.after(0.8, cell.driver.stop)

@@ -11,7 +11,7 @@ from bathbot_bringup.evaluation.safety.virtual.virtual_cell import VirtualCell
 _DISTANCES = (0.04, 0.08, 0.12, 0.16, 0.20)  # [m]
 _SPEEDS = (0.0, 0.05, 0.1, 0.2, 0.3)  # [m/s]; 0: the person is there before the arm sets out
 _AT_ONCE = 100.0  # [m/s]
-_FIRST, _LAST = 0.1, 2.5  # [s] behind the request: between them it begins
+_NEAR = 0.05  # [m] from the skin: between there and where the head begins it is when the person does
 _EVERY, _LATE = 0.2, 0.2  # [s] between clouds of a camera that sees, and of each behind its picture
 
 
@@ -35,7 +35,8 @@ class LeanIn(SweepCase):
             cell.look(_EVERY, _LATE)
             cell.wait(_LATE + _EVERY * float(rng.uniform(0.1, 1.0)))
         if self.body_speed:
-            cell.lean(self.far, self.body_speed, float(rng.uniform(_FIRST, _LAST)))
+            gap = float(rng.uniform(_NEAR, cell.gap()))
+            cell.when(lambda: cell.gap() <= gap, lambda: cell.lean(self.far, self.body_speed))
         else:
             cell.lean(self.far, _AT_ONCE)
         cell.approach()

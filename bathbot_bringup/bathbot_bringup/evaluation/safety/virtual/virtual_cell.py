@@ -14,8 +14,9 @@ How a trial is written:
 All of the driver runs as it does beside an arm: `cell.driver` has `approach`, `follow`, `retract`, `stop`,
 `pause`, `resume`, `home`, `zero_force`, and `cell.driver.loop` its guard and motion. What blocks there lets
 virtual time pass: no thread, no network, no sleep. To have something happen while the driver is on its way,
-order it before: `cell.after(0.4, cell.driver.stop)`, `cell.lean(0.12, 0.2, after=0.4)`; or wait for it:
-`cell.clock.until(lambda: cell.moving() and cell.gap() < 0.1, 20.0)`. `cell.order(Fault("lost_udp"))` lets
+order it before: `cell.after(0.4, cell.driver.stop)`, `cell.lean(0.12, 0.2, after=0.4)`,
+`cell.when(lambda: cell.gap() < 0.1, lambda: cell.lean(0.12, 0.2))`; or wait for it:
+`cell.clock.until(lambda: not cell.moving(), 20.0)`. `cell.order(Fault("lost_udp"))` lets
 anything fail that the emulator knows. `cell.look(0.2, 0.2)` shows the driver a body cloud five times a
 second, 0.2 s late; without it none ever comes. Errors of the driver's thread end in FAULT, with their text in
 `cell.log`. The seed draws noise of the sensor, jitter of the wires and where in its cycle each side begins.
@@ -135,6 +136,13 @@ class VirtualCell:
     def after(self, seconds: float, action: Callable[[], None]) -> None:
         """Have something happen, `seconds` from now; a refusal of the driver is logged."""
         self.clock.at(self.clock() + seconds, lambda: self._try(action))
+
+    def when(self, condition: Callable[[], bool], action: Callable[[], None]) -> None:
+        """Have something happen as soon as something holds; looked at after every step of the controller."""
+        if condition():
+            self._try(action)
+        else:
+            self.after(STEP, lambda: self.when(condition, action))
 
     def lean(self, distance: float, speed: float, after: float = 0.0) -> None:
         """Have the person lean by `distance` [m] at `speed` [m/s], `after` [s] from now."""
