@@ -26,6 +26,14 @@ from bathbot_msgs.action import Approach
 from bathbot_msgs.msg import ArmState, ScrubSegment, SimContact
 
 DOMAIN = 1 + os.getpid() % 100
+DRIVER_TOPICS = (
+    (ArmState, "arm_state"),
+    (JointState, "joint_states"),
+    (WrenchStamped, "wrench"),
+    (WrenchStamped, "wrench_filtered"),
+    (PoseStamped, "tool_pose"),
+    (TFMessage, "/tf"),
+)
 EMULATOR = """
 import threading
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
@@ -102,15 +110,7 @@ class Probe:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.newest, self.told = {}, []
-        for kind, topic in (
-            (ArmState, "arm_state"),
-            (JointState, "joint_states"),
-            (WrenchStamped, "wrench"),
-            (WrenchStamped, "wrench_filtered"),
-            (PoseStamped, "tool_pose"),
-            (TFMessage, "/tf"),
-            (SimContact, "sim_contact"),
-        ):
+        for kind, topic in (*DRIVER_TOPICS, (SimContact, "sim_contact")):
             self.node.create_subscription(
                 kind, topic, lambda m, topic=topic: self.newest.update({topic: m}), 10
             )

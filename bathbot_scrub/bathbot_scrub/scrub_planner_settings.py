@@ -6,6 +6,7 @@ from bathbot_depthcorr.node.parameters import check, setting
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
 
 from bathbot_scrub.errors import SettingsError
+from bathbot_scrub.segment.segment import MOST_POSES
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,9 @@ class ScrubPlannerSettings:
         6.0, "Turn of the skin's normal against the last pose applied, from which the brush is turned too: "
         "theta of Eq. (18)", "deg", above=0.0,
     )  # fmt: skip
-    segment_points: int = setting(30, "Number of poses in one segment of a scrub path", low=5, high=500)
+    segment_points: int = setting(
+        30, "Number of poses in one segment of a scrub path", low=5, high=MOST_POSES
+    )
     ahead: int = setting(
         3, "Number of segments kept with the arm, the one under the scrub head included", low=1
     )

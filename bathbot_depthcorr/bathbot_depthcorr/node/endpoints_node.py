@@ -62,9 +62,10 @@ class EndpointOwner(LifecycleNode):
         callback: Callable[[Any], None],
         qos: QoSProfile | int,
         raw: bool = False,
+        group: CallbackGroup | None = None,
     ) -> Subscription:
         """Subscribe; `raw` hands over bytes."""
-        made = self.create_subscription(message_type, topic, callback, qos, raw=raw)
+        made = self.create_subscription(message_type, topic, callback, qos, raw=raw, callback_group=group)
         self.lifetime.keep(Rank.SOURCE, lambda: self.destroy_subscription(made))
         return made
 

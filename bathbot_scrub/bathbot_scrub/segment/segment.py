@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+MOST_POSES = 500  # in one segment
+
 
 class Segment(NamedTuple):
     """The fields of bathbot_msgs/ScrubSegment.
@@ -14,7 +16,7 @@ class Segment(NamedTuple):
         index: 0, 1, 2, ... within one path.
         last: Whether it is the final one.
         region: Whose skin is scrubbed; chooses the limits of force.
-        T_base_heads: Poses of the head, shape (N, 4, 4), evenly spaced.
+        T_base_heads: Poses of the head, shape (N, 4, 4), evenly spaced, N at most MOST_POSES.
         speed: Wanted along the path [m/s].
         spacing: Of the poses along the path [m]; 0: not told.
         stamp: Time of the surface it was planned on [s]; 0: on none.

@@ -36,7 +36,7 @@ from bathbot_scrub.rm65.driver import Snapshot
 from bathbot_scrub.rm65.motion.approach import Request, Touch
 from bathbot_scrub.rm65.timing.clock import MONOTONIC
 from bathbot_scrub.segment.messages import BASE, segment_from_message
-from bathbot_scrub.segment.segment import Segment
+from bathbot_scrub.segment.segment import MOST_POSES, Segment
 
 Array = NDArray[np.float64]
 HEAD = SCRUB_HEAD.frame
@@ -101,9 +101,11 @@ def checked_segment(message: ScrubSegment) -> Segment:
     """A segment to follow.
 
     Raises:
-        InvalidPoseError: Not finite, not unit quaternions, or in another frame.
+        InvalidPoseError: Too many poses, not finite, not unit quaternions, or in another frame.
     """
     _check_frame(message.header.frame_id, f"segment {message.index}")
+    if len(message.poses) > MOST_POSES:
+        raise InvalidPoseError(f"it holds {len(message.poses)} poses; the most is {MOST_POSES}")
     checked_transforms(message.poses)
     return segment_from_message(message)
 

@@ -9,20 +9,18 @@ from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action.server import ServerGoalHandle
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState, PointCloud2
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.action import Approach
-from bathbot_msgs.msg import ArmState, ScrubSegment
+from bathbot_msgs.msg import ArmState
 from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.driver import rm65_driver
 from bathbot_scrub.rm65.motion.approach import Touch
+from bathbot_scrub.rm65.ros.intake_node import Intake
 from bathbot_scrub.rm65.ros.messages import (
     approach_result,
-    body_from_cloud,
-    checked_segment,
     request_from_goal,
 )
 from bathbot_scrub.rm65.ros.telemetry import Publishers, Telemetry, diagnostic_values, health
@@ -30,6 +28,8 @@ from bathbot_scrub.rm65.ros.vendor.installed import vendor_topics
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.rm65.timing.beat import Ticker
 from bathbot_scrub.rm65.timing.priority import prefer_process
+
+_LINES = 200  # of the log that may wait; the newest are kept
 
 
 class Rm65Driver(StageNode):
@@ -54,8 +54,9 @@ class Rm65Driver(StageNode):
 
     def start(self) -> None:
         """Connect, and offer what the arm can do."""
+        self._lines = self.worker(self.get_logger().warning, self._cannot_log, waiting=_LINES)
         self._driver = driver = self.hold(rm65_driver(self._settings, self._warn))
-        self._telemetry, self._refused = Telemetry(driver, self._outputs), ""
+        self._telemetry = Telemetry(driver, self._outputs)
         self.get_logger().info(f"control loop runs at {driver.loop.thread.priority}")
         self.offer("arm/stop", driver.stop)
         self.offer("arm/pause", driver.pause)
@@ -63,29 +64,17 @@ class Rm65Driver(StageNode):
         self.offer_beside("arm/home", driver.home)
         self.offer_beside("arm/resume", driver.resume)
         self.offer_beside("arm/zero_force", lambda: f"{driver.zero_force():.2f} N remain")
-        self.listen(ScrubSegment, "scrub_segments", self._follow, QoSProfile(depth=50))
-        self.listen(PointCloud2, "body_cloud", self._see_body, 1)
+        self._intake = Intake(self, driver, self._warn)
         self._approaches = self.act(Approach, "approach", begin=self._begin_approach, conclude=self._conclude)
         self._vendor = vendor_topics(self, driver) if self._settings.vendor_topics else None
         self.hold(Ticker(self._settings.publish_rate, self._publish, self.get_logger().fatal))
 
     def _warn(self, line: str) -> None:
-        self.get_logger().warning(line)
+        """Have a line logged by another thread: the control loop, too, calls this, and must not wait."""
+        self._lines.put(line)
 
-    def _follow(self, message: ScrubSegment) -> None:
-        outcome = outcome_of(self, lambda: self._driver.follow(checked_segment(message)))
-        self._refused = ""
-        if isinstance(outcome, BathbotError):
-            self._driver.refuse(message.path_id, message.index, str(outcome))  # it may be unreadable
-            self._refused = f"segment {message.index} of path {message.path_id} refused: {outcome}"
-            self._warn(self._refused)
-
-    def _see_body(self, message: PointCloud2) -> None:
-        outcome = outcome_of(
-            self, lambda: self._driver.surroundings.see(*body_from_cloud(message, self.now()))
-        )
-        if isinstance(outcome, BathbotError):
-            self.get_logger().warning(str(outcome), throttle_duration_sec=10.0)
+    def _cannot_log(self, error: Exception) -> None:
+        self.report(WARN, f"cannot log: {error}")
 
     def _begin_approach(self, goal: ServerGoalHandle) -> None:
         self._approaches.run(goal, lambda: outcome_of(self, lambda: self._approach(goal)))
@@ -109,7 +98,7 @@ class Rm65Driver(StageNode):
             self._vendor.publish()
         snapshot = self._telemetry.publish(self.get_clock().now().to_msg())
         if snapshot is not None:
-            found = health(self._driver, snapshot, self._refused)
+            found = health(self._driver, snapshot, self._intake.refused)
             level = ERROR if not found.sound else WARN if found.doubtful else OK
             self.report(level, found.message, **diagnostic_values(self._driver, snapshot))
 

@@ -1,17 +1,22 @@
-"""Nobody reads what the driver says: its pipe is full, its log has no room. The arm must not mind.
+"""Lines that nobody reads, huge messages and a listener that has stopped cost the arm no time.
 
 The judge is the true force in the emulator, while the body is pushed into the resting brush.
 """
 
 import fcntl
+import signal
 import subprocess
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
+from bathbot_localize.messages import cloud_from_surface
 from bathbot_scrub.segment.messages import message_from_segment
 from emulator_cell import READY_DEG, segments
 from emulator_probe import Probe, driver_node, ended, start
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 
 from bathbot_msgs.msg import ArmState
 
@@ -36,6 +41,19 @@ with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), wall) as emulator:
     input()
 """
 
+LISTENER = """
+from bathbot_depthcorr.node import stage_node
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from emulator_probe import DRIVER_TOPICS
+from rcl_interfaces.msg import Log
+rclpy.init()
+node = rclpy.create_node("listener")
+for kind, topic in (*DRIVER_TOPICS, (DiagnosticArray, "/diagnostics"), (Log, "/rosout")):
+    node.create_subscription(kind, topic, lambda message: print("hears", flush=True), 1000)
+rclpy.spin(node)
+"""
+
 
 @contextmanager
 def pushing_wall():
@@ -55,11 +73,32 @@ def peak_of_a_push(emulator):
     return float(emulator.stdout.readline())
 
 
-def refused(count):
-    """Segments that are refused with a line each."""
-    message = message_from_segment(segments(1)[0])
-    message.header.frame_id = "kitchen"
-    return [message] * count
+def flood(probe):
+    """Refused segments, a line each, and between them one of 200 000 poses and clouds of a million points."""
+    refused = message_from_segment(segments(1)[0])
+    refused.header.frame_id = "kitchen"
+    huge = message_from_segment(segments(1)[0])
+    huge.poses = [huge.poses[0]] * 200_000
+    clouds = probe.node.create_publisher(PointCloud2, "body_cloud", 1)
+    cloud = cloud_from_surface(np.full((1000, 1000, 3), 3.0), Header(frame_id="base_link"))
+    for number in range(400):
+        probe.segments.publish(huge if number == 399 else refused)
+        if number % 100 == 99:
+            clouds.publish(cloud)
+        probe.executor.spin_once(timeout_sec=0.005)
+
+
+@contextmanager
+def stopped_listener():
+    """Hears all the driver's topics reliably, and then does not run any more."""
+    listener = start("-c", LISTENER, stdout=subprocess.PIPE)
+    try:
+        assert listener.stdout.readline() == "hears\n"
+        listener.send_signal(signal.SIGSTOP)
+        yield
+    finally:
+        listener.kill()
+        listener.wait()
 
 
 @pytest.fixture
@@ -69,20 +108,20 @@ def probe():
     probe.close()
 
 
-def test_lines_that_nobody_reads_do_not_hold_the_arm_on_the_skin(probe):
-    usual = {"brake_after": 0.2, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
+def test_floods_do_not_hold_the_arm_on_the_skin(probe):
+    usual = {"brake_after": 0.15, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
     with pushing_wall() as (emulator, port), ended(driver_node(port=port, **usual)) as driver:
         fcntl.fcntl(driver.stdout, fcntl.F_SETPIPE_SZ, 4096)
         probe.until(lambda: probe.state()[2])
         probe.result(probe.send(probe.goal()).get_result_async())
         probe.until(lambda: probe.state()[0] == ArmState.CONTACT)
-        for message in refused(400):
-            probe.segments.publish(message)
-            probe.executor.spin_once(timeout_sec=0.005)
-        peak = peak_of_a_push(emulator)
+        with stopped_listener():
+            flood(probe)
+            peak = peak_of_a_push(emulator)
         assert peak < 10.0  # [N] the region's threshold for leaving
         assert probe.call("stop").success
     assert "kitchen" in driver.output
+    assert "refused unread" in driver.output
     assert "shut down" in driver.output
 
 
