@@ -1,5 +1,7 @@
 """How deep a path may press, from what camera and force know of the skin."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from bathbot_depthcorr.geometry.rigid import transform_points
@@ -141,6 +143,19 @@ def test_where_the_arm_stands_is_all_the_same(places, seed, seen):
     )
     for one, other in zip(depths(heads, known, BRISTLES), depths(T @ heads, moved, BRISTLES), strict=True):
         assert_allclose(one, other, atol=1e-7)
+
+
+def test_many_poses_and_a_large_cloud_are_judged_as_a_few_are_and_in_little_memory():
+    rng = np.random.default_rng(0)
+    cloud = np.concatenate([FLAT, rng.uniform((-1.0, -1.0, 1.0), (1.0, 1.0, 3.0), (80_000, 3))])
+    heads = np.stack([head(0.001 * i % 0.02, x=0.0001 * i) for i in range(500)])
+    tracemalloc.start()
+    many = depths(heads, skin(cloud), BRISTLES)
+    assert tracemalloc.get_traced_memory()[1] < 50e6
+    tracemalloc.stop()
+    for i in (0, 63, 64, 250, 499):
+        few = depths(heads[i : i + 1], skin(FLAT), BRISTLES)
+        assert_allclose([many.depth[i], many.tilt[i]], [few.depth[0], few.tilt[0]], atol=1e-9)
 
 
 @given(places=poses, seed=st.integers(0, 1000), deeper=st.floats(0.001, 0.02), seen=st.booleans())

@@ -24,6 +24,8 @@ MOST_TILT = np.radians(66.0)  # off the skin's normal: slopes of 60 deg are plan
 _AGREE = 0.02  # [m] by which camera and force may differ; beyond, the force counts no more than that
 _BESIDE, _WIDTH = 0.035, 0.012  # [m] from a pose's axis to points that count there; of their weights
 _ABOVE, _BELOW = 0.08, 0.04  # [m] from a tip to points of its skin, along the axis
+_REACH = 0.09  # [m] from a tip to the farthest of these points
+_AT_ONCE = 16  # poses
 _FLAT = (0.004 / 0.3) ** 2  # [m^2] noise of points over slope of the skin across a pose, squared
 _KNOWN = 0.8  # weight of points from which they tell the skin
 _NORMAL_POINTS, _THIN = 6, 0.2  # points that tell a normal; their variance along it over that across
@@ -88,6 +90,9 @@ def check_depth(T_base_heads: Array, skin: Skin, bristles: Bristles) -> None:
 
 def depths(T_base_heads: Array, skin: Skin, bristles: Bristles) -> Depths:
     """How deep head poses, shape (N, 4, 4), lie in the skin, and how deep they may."""
+    places = np.concatenate([T_base_heads[:, :3, 3], skin.now.T_base_head[None, :3, 3]])
+    low, high = places.min(axis=0) - _REACH, places.max(axis=0) + _REACH
+    skin = skin._replace(cloud=skin.cloud[((skin.cloud >= low) & (skin.cloud <= high)).all(axis=1)])
     height, seen = _heights(T_base_heads, skin.cloud)
     depth = np.where(seen, _shift(skin, bristles) - height, np.inf)
     most = np.full(len(T_base_heads), bristles.give + TOLERANCE)
@@ -129,6 +134,9 @@ def _heights(poses: Array, cloud: Array) -> tuple[Array, NDArray[np.bool_]]:
 
     A plane through the points about each axis, which does not slope unless they say so.
     """
+    if len(poses) > _AT_ONCE:  # memory is bounded
+        halves = [_heights(half, cloud) for half in np.array_split(poses, 2)]
+        return np.concatenate([half[0] for half in halves]), np.concatenate([half[1] for half in halves])
     local = np.einsum("nmi,nij->nmj", cloud[None] - poses[:, None, :3, 3], poses[:, :3, :3])
     beside = np.linalg.norm(local[..., :2], axis=-1)
     near = (beside <= _BESIDE) & (local[..., 2] >= -_ABOVE) & (local[..., 2] <= _BELOW)
