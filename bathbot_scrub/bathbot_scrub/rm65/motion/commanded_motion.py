@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bathbot_scrub.arm.errors import NotReadyError
+from bathbot_scrub.arm.errors import NotReadyError, UnreachableError
 from bathbot_scrub.arm.joint_limits import JointLimits
 from bathbot_scrub.arm.states import State
-from bathbot_scrub.rm65.paths.free_air import Along, OnWay
+from bathbot_scrub.rm65.paths.free_air import FASTEST, Along, OnWay
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.retract_path import RetractPath
@@ -22,7 +22,8 @@ NOWHERE: Array = np.empty((0, 3))
 _ASTRAY = 0.03  # [rad] between command and measurement, at rest, above which the measurement counts
 _SETTLING = 0.2  # [s] after the last motion in which the arm still catches up with its command
 # along a way through free air on which something was met; as for a retract, the joints limit what follows
-_BACK_JOINTS = Pace(0.5, 25.0, 1e4)
+_BACK_JOINTS = Pace(FASTEST, 25.0, 1e4)
+_STRAIGHT = 0.08  # [m] that a way through free air must give in to be better than the straight line
 _FELT = 0.3  # [N] of a push whose direction is known
 _STOP_LINE = Pace(0.0, 4.0, 1000.0)  # braking on tool paths [m/s^2], [m/s^3], if no joint turns far
 # braking of joints [rad/s^2], [rad/s^3]: as hard as the controller lets them, for who is told to stop harder
@@ -194,14 +195,26 @@ class CommandedMotion:
         Raises:
             UnreachableError: When there is no way straight back.
         """
-        way, arm = self._on_way, self._retract_path.arm
-        known = push is not None and np.linalg.norm(push) >= _FELT
-        if way is not None and known:
-            along = way.yielding(arm, arm.head(start)[:3, :3] @ push)
-        else:
-            along = way.back() if way is not None and self.runner is not None and not self.at_rest else None
-        if along is not None:
+        way, arm, speed = self._on_way, self._retract_path.arm, self._retract_path.pace.speed
+        if way is None or not way.holds(start):
+            return self._straight(start)
+        if push is not None and np.linalg.norm(push) >= _FELT:
+            push = arm.head(start)[:3, :3] @ push
+            along = way.yielding(arm, push, speed, _STRAIGHT)
+            if along is None:
+                try:
+                    return self._straight(start)
+                except UnreachableError:
+                    along = way.yielding(arm, push, speed)
+                    if along is None:
+                        raise
             return WayOut(start, along.path, _BACK_JOINTS, along)
+        if self.runner is None or self.at_rest:
+            return self._straight(start)
+        along = way.back(arm, speed)
+        return WayOut(start, along.path, _BACK_JOINTS, along)
+
+    def _straight(self, start: Array) -> WayOut:
         return WayOut(start, self._retract_path.path(start), self._retract_path.pace)
 
     def way_off_follower(self, start: Array, push: Array | None = None) -> WayOut:
@@ -239,7 +252,7 @@ class CommandedMotion:
     def forget(self) -> None:
         """Command nothing any more."""
         self.stand()
-        self.command = self._came = None
+        self.command = None
 
     def step(self) -> Array:
         """Joints [rad], shape (6,), to command one period later; something must be commanded.

@@ -256,8 +256,8 @@ class ControlLoop:
 
     @property
     def _on_its_way(self) -> bool:
-        """Whether an approach stands where its way through free air ended: it will go on from there."""
-        return self.guard.state is State.APPROACH and self.motion.in_free_air
+        """Whether the arm stands on a way through free air, or where one ended: near people, maybe."""
+        return self.guard.state in (State.APPROACH, State.HOLD) and self.motion.in_free_air
 
     def _let_stand(self, sensed: Sensed) -> None:
         """Joints or connection are lost: command where the arm is, or nothing that could be obeyed later."""

@@ -6,11 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import Arm
-from bathbot_scrub.rm65.paths.joint_path import JointPath
+from bathbot_scrub.rm65.paths.joint_path import JointPath, timed_path
 
 Array = NDArray[np.float64]
 _FAR = 0.8  # [rad] back, or on, after something was met
-_AHEAD = 0.05  # [rad] by which directions are told
+_SLOWEST, FASTEST = 0.3, 2.0  # [rad/s] of the joint that turns most
+_DECELERATION = 4.0  # [rad/s^2] towards slower parts and the end, where haste is over
+_ARRIVAL = 0.1  # [rad/s] from which any brake is gentle
+_NEAR = 0.05  # [rad] off a way within which an arm counts as on it
+_AHEAD = 0.01  # [rad] by which directions are told
 _GIVES_IN = 0.5  # cosine of way and push above which a way gives in to it
 
 
@@ -20,23 +24,33 @@ class OnWay(NamedTuple):
     path: JointPath
     length: float  # [rad]
 
-    def back(self) -> "Along":
-        """The way it came; known to be free."""
-        return Along(self, -1, self.path.back_from(self.length, _FAR))
+    def holds(self, joints: Array) -> bool:
+        """Whether an arm at joints [rad], shape (J,), is on it."""
+        return bool(np.abs(self.path.at(self.length) - joints).max() < _NEAR)
 
-    def yielding(self, arm: Arm, push: Array) -> "Along | None":
+    def back(self, arm: Arm, speed: float) -> "Along":
+        """The way it came, known to be free, the head at `speed` [m/s]."""
+        return Along(self, -1, _paced(self.path.back_from(self.length, _FAR), arm, speed))
+
+    def yielding(self, arm: Arm, push: Array, speed: float, least: float = 0.0) -> "Along | None":
         """The part of the way, back or on, that takes the head where a push on it leads; None: neither does.
 
         Args:
             arm: Whose way it is.
             push: Force on the head, base frame [N], shape (3,).
+            speed: Of the head [m/s].
+            least: How far a part must take it there [m].
         """
-        lengths = (self.length, max(self.length - _AHEAD, 0.0), min(self.length + _AHEAD, self.path.end))
-        here, before, behind = arm.head(np.stack([self.path.at(length) for length in lengths]))[:, :3, 3]
-        if _cosine(before - here, push) >= _GIVES_IN:
-            return self.back()
-        if _cosine(behind - here, push) >= _GIVES_IN:
-            return Along(self, 1, self.path.on_from(self.length, _FAR))
+        places = [self.length, *(self.length + sign * _AHEAD for sign in (-1, 1))]
+        ends = (max(self.length - _FAR, 0.0), min(self.length + _FAR, self.path.end))
+        heads = (
+            arm.head(np.stack([self.path.at(s) for s in (*places, *ends)]))[:, :3, 3]
+            - arm.head(self.path.at(self.length))[:3, 3]
+        )
+        for sign, first, last in ((-1, heads[1], heads[3]), (1, heads[2], heads[4])):
+            if _cosine(first, push) >= _GIVES_IN and last @ push >= least * np.linalg.norm(push):
+                part = self.path.back_from if sign < 0 else self.path.on_from
+                return Along(self, sign, _paced(part(self.length, _FAR), arm, speed))
         return None
 
 
@@ -50,6 +64,15 @@ class Along(NamedTuple):
     def at(self, length: float) -> OnWay:
         """Where on the whole way the arm is at a length of this part [rad]."""
         return OnWay(self.begin.path, self.begin.length + self.sign * length)
+
+
+def _paced(path: JointPath, arm: Arm, speed: float) -> JointPath:
+    """A path with the head at a speed [m/s], where the joints then turn neither too slowly nor too fast."""
+    moved = np.linalg.norm(np.diff(arm.head(path.joints)[:, :3, 3], axis=0), axis=-1) / np.diff(path.lengths)
+    turned = np.clip(speed / np.maximum(moved, 1e-9), _SLOWEST, FASTEST)
+    slowing = np.sqrt(2.0 * _DECELERATION * (path.end - path.lengths) + _ARRIVAL**2)
+    caps = np.minimum(np.append(turned, turned[-1]), slowing)
+    return timed_path(path.lengths, path.joints, _DECELERATION, arm.limits, 1.0, caps)
 
 
 def _cosine(way: Array, push: Array) -> float:
