@@ -1,12 +1,13 @@
 """Where to go when something is met on the way through free air: along it, back or on, as the push leads."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import Arm
-from bathbot_scrub.rm65.paths.joint_path import JointPath, timed_path
+from bathbot_scrub.rm65.paths.joint_path import JointPath, slowed
 
 Array = NDArray[np.float64]
 _FAR = 0.8  # [rad] back, or on, after something was met
@@ -70,9 +71,7 @@ def _paced(path: JointPath, arm: Arm, speed: float) -> JointPath:
     """A path with the head at a speed [m/s], where the joints then turn neither too slowly nor too fast."""
     moved = np.linalg.norm(np.diff(arm.head(path.joints)[:, :3, 3], axis=0), axis=-1) / np.diff(path.lengths)
     turned = np.clip(speed / np.maximum(moved, 1e-9), _SLOWEST, FASTEST)
-    slowing = np.sqrt(2.0 * _DECELERATION * (path.end - path.lengths) + _ARRIVAL**2)
-    caps = np.minimum(np.append(turned, turned[-1]), slowing)
-    return timed_path(path.lengths, path.joints, _DECELERATION, arm.limits, 1.0, caps)
+    return slowed(replace(path, speed_limit=np.append(turned, turned[-1])), _DECELERATION, _ARRIVAL)
 
 
 def _cosine(way: Array, push: Array) -> float:

@@ -5,7 +5,7 @@ tool path a joint that turns far counts as length too, so that a speed and an ac
 those of every joint. Time comes from `PathRunner`, which may stop anywhere and go on.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -111,10 +111,18 @@ def timed_path(
         bend = np.abs(np.diff(slope, axis=0)) / (0.5 * (step[1:] + step[:-1]))
         allowed = (share * limits.acceleration / np.maximum(bend, 1e-9)).min(-1)
         squared[1:-1] = np.minimum(squared[1:-1], allowed)
-    squared = np.minimum(squared, np.square(cap))
+    path = JointPath(lengths, joints, np.sqrt(np.minimum(squared, np.square(cap))))
+    return slowed(path, deceleration)
+
+
+def slowed(path: JointPath, deceleration: float, arrival: float = np.inf) -> JointPath:
+    """A path on which slower parts ahead, and a speed `arrival` at its end, are met with a deceleration."""
+    squared = np.square(path.speed_limit)
+    squared[-1] = min(squared[-1], arrival**2)
     # v(s)^2 <= v(s')^2 + 2 a (s' - s) for every s' ahead
-    ahead = np.minimum.accumulate((squared + 2 * deceleration * lengths)[::-1])[::-1]
-    return JointPath(lengths, joints, np.sqrt(np.maximum(ahead - 2 * deceleration * lengths, 0.0)))
+    ahead = np.minimum.accumulate((squared + 2 * deceleration * path.lengths)[::-1])[::-1]
+    limit = np.sqrt(np.maximum(ahead - 2 * deceleration * path.lengths, 0.0))
+    return replace(path, speed_limit=limit)
 
 
 def joint_move(start: ArrayLike, *goals: ArrayLike, limits: JointLimits) -> tuple[Array, Array]:
