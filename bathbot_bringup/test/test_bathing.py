@@ -25,8 +25,8 @@ def sighting(x: float) -> Sighting:
 class FakeBather:
     """Writes down what it is asked; fails where it is told to."""
 
-    def __init__(self, fail_at="", error=None):
-        self.calls, self.lengths = [], []
+    def __init__(self, fail_at="", error=None, said=""):
+        self.calls, self.lengths, self._said = [], [], said
         self._fail_at, self._error = fail_at, error
 
     def __getattr__(self, name):
@@ -35,7 +35,7 @@ class FakeBather:
             self.lengths += [value for value in arguments if isinstance(value, float)]
             if name == self._fail_at:
                 raise self._error
-            return SimpleNamespace(force=1.5, segments=3, length=0.4)
+            return SimpleNamespace(force=1.5, segments=3, length=0.4, error_msg=self._said)
 
         return call
 
@@ -47,6 +47,16 @@ def job(bather):
 def test_the_steps_come_in_order():
     bather = FakeBather()
     job(bather).run()
+    assert bather.calls == ORDER
+
+
+def test_a_path_that_was_cut_short_is_told_though_the_job_is_done():
+    bather, console = (
+        FakeBather(said="the path ended after 85%, out of reach"),
+        Console(record=True, width=200),
+    )
+    BathingJob(bather, StageLog(console), duration=10.0).run()
+    assert "3 segments, 0.40 m of path; the path ended after 85%, out of reach" in console.export_text()
     assert bather.calls == ORDER
 
 

@@ -82,13 +82,17 @@ class ScrubPlannerSettings:
 
     surface_max_age: float = setting(
         60.0, "Largest age of the surface that a path is planned on, which is seen before the arm comes", "s",
-        above=0.0,
+        low=1.0, high=120.0,
     )  # fmt: skip
     body_max_age: float = setting(
-        5.0, "Age of the newest body_cloud above which no path is chosen", "s", above=0.0
+        5.0, "Age of the newest body_cloud above which no path is chosen", "s", low=0.5, high=10.0
     )
     lost_after: float = setting(
-        3.0, "Time without skin in sight around the arm after which the target counts as lost", "s", above=0.0
+        3.0,
+        "Time without skin in sight around the arm after which the target counts as lost",
+        "s",
+        low=0.5,
+        high=10.0,
     )
     breath_window: float = setting(
         6.0, "Length of time whose mean height of the breathing skin is planned on", "s", above=0.0
@@ -98,7 +102,7 @@ class ScrubPlannerSettings:
     )
     max_shift: float = setting(
         0.02, "Largest motion of the skin along its normal, since the arm came, that a path follows", "m",
-        above=0.0,
+        low=0.002, high=0.03,
     )  # fmt: skip
     min_cells: int = setting(
         40, "Number of map cells with skin in sight below which its motion cannot be told", low=1

@@ -63,7 +63,8 @@ class BathingJob:
         self._log.note(f"skin felt with {contact.force:.1f} N")
         with self._log.stage("scrub", steps.SCRUB.about):
             scrubbed = self._bather.scrub(self._duration * _SPEED, self._log.progress)
-        self._log.note(f"{scrubbed.segments} segments, {scrubbed.length:.2f} m of path")
+        said = f"{scrubbed.segments} segments, {scrubbed.length:.2f} m of path"
+        self._log.note(f"{said}; {scrubbed.error_msg}" if scrubbed.error_msg else said)
 
     def _leave(self) -> None:
         with self._log.stage("retract", steps.RETRACT.about):
