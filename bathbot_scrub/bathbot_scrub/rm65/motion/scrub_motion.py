@@ -54,15 +54,15 @@ class ScrubMotion:
 
     @property
     def refusal(self) -> str:
-        """Why no more is taken of the path being followed, or sent last; empty when all was."""
+        """Why no more is taken of the path followed, or sent last; the caller holds the loop's lock."""
         followed = self._path.path_id if self._path else None
         return self._refusals.get(followed) or next(reversed(self._refusals.values()), "")
 
     def touched(self, touch: Felt | None) -> None:
         """Know where an approach has felt skin; None: it goes elsewhere now, and no path goes on."""
         self._touch = touch
-        self._refusals.clear()
         with self._loop.lock:
+            self._refusals.clear()
             self._loop.path_open, self._loop.awaits = False, NO_PATH
 
     def follow(self, segment: Segment) -> None:
@@ -85,11 +85,11 @@ class ScrubMotion:
 
     def refuse(self, path_id: int, index: int, why: str) -> None:
         """Know that a segment was not taken: what comes behind it is refused for the same reason."""
-        if index <= self._next_of(path_id) or path_id not in self._refusals:
-            self._refusals[path_id] = refusal(path_id, index, why)
-        while len(self._refusals) > _REMEMBERED:
-            del self._refusals[next(iter(self._refusals))]
         with self._loop.lock:
+            if index <= self._next_of(path_id) or path_id not in self._refusals:
+                self._refusals[path_id] = refusal(path_id, index, why)
+            while len(self._refusals) > _REMEMBERED:
+                del self._refusals[next(iter(self._refusals))]
             followed = self._path is not None and self._path.path_id == path_id
             if followed or not self._loop.path_open:
                 self._loop.path_open, self._loop.awaits = False, self._refusals[path_id]
@@ -122,8 +122,8 @@ class ScrubMotion:
                 raise NotReadyError(f"{self._settings.queue_length} segments wait already; send fewer ahead")
         self._check_depth(segment)
         longer = path.extend(segment)
-        self._refusals.pop(path.path_id, None)
         with loop.lock:
+            self._refusals.pop(path.path_id, None)
             loop.extend(longer)
             self._await(segment)
 
