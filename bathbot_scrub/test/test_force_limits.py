@@ -190,6 +190,16 @@ def test_a_force_that_rises_steadily_is_sudden_at_once():
         assert wrench.sudden[2] == pytest.approx(-0.5 * k)
 
 
+@pytest.mark.parametrize("part", range(6))
+def test_a_wrench_of_which_one_part_is_no_number_goes_into_no_filter(part):
+    wrench_filter, broken = WrenchFilter(15.0), np.ones(6)
+    broken[part] = np.nan
+    wrench_filter.update(0.0, np.ones(6))
+    assert not np.isfinite(wrench_filter.update(0.005, broken).filtered).all()
+    assert wrench_filter.update(0.005, broken).trends == ()
+    assert_allclose(wrench_filter.update(0.01, np.full(6, 2.0)).filtered[:3], 2.0)
+
+
 def test_a_wrench_that_is_no_number_is_told_and_forgotten():
     wrench_filter = WrenchFilter(15.0)
     wrench_filter.update(0.0, np.ones(6))

@@ -199,7 +199,15 @@ def test_skin_is_felt_whenever_the_head_may_touch_on_its_way(steps):
         assert step.told is not Action.RESUME, step
 
 
-def test_contact_is_made_by_a_force_that_can_be_trusted(steps):
+def test_who_could_not_be_left_is_not_tried_again_as_long_as_he_presses(steps):
+    for step in checks(steps):
+        if step.before.state is State.FAULT and step.before.cornered and step.reading in ("excess", "hard"):
+            assert (step.told, step.after.state) == (Action.GO_ON, State.FAULT), step
+
+
+def test_contact_is_made_where_the_head_may_touch_by_a_force_that_can_be_trusted(steps):
+    for step in steps:
+        assert step.after.touching or step.after.state is not State.CONTACT, step
     for step in checks(steps):
         if step.after.state is State.CONTACT and step.before.state is not State.CONTACT:
             assert step.good, step
