@@ -49,6 +49,7 @@ def client(emulator):
 def samples(client):
     samples = []
     receiver = StateReceiver(0, samples.append)
+    receiver.expect("127.0.0.1")
     client.demand({"command": "set_realtime_push", "cycle": 1, "enable": True, "port": receiver.port,
                    "ip": "127.0.0.1"}, "state")  # fmt: skip
     until(lambda: samples)

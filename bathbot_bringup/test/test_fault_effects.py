@@ -32,6 +32,7 @@ class Bench:
         self.client.start()
         until(lambda: self.client.connection.connected)
         self.receiver = StateReceiver(0, self.samples.append)
+        self.receiver.expect("127.0.0.1")
         self.demand({"command": "set_realtime_push", "port": self.receiver.port}, "state")
         until(lambda: self.samples)
 

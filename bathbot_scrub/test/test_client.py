@@ -197,7 +197,8 @@ def test_a_wrong_address_is_one_clear_line_told_once(host):
 
 def test_receiver_keeps_the_newest_sample_and_counts_the_rest():
     samples = []
-    receiver = StateReceiver(0, samples.append)
+    receiver = StateReceiver(0, samples.append, learn=0.0)
+    receiver.expect("127.0.0.1")
     assert receiver.age() == float("inf")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for data in (b"noise", push(), b"\xff" * 9000, push(arm_current_status="move_J")):
@@ -211,7 +212,8 @@ def test_receiver_keeps_the_newest_sample_and_counts_the_rest():
 
 def test_receiver_refuses_strangers_and_a_taken_port():
     samples = []
-    receiver = StateReceiver(0, samples.append, source="192.0.2.7")
+    receiver = StateReceiver(0, samples.append, learn=0.0)
+    receiver.expect("192.0.2.7")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(push(), ("127.0.0.1", receiver.port))
         until(lambda: receiver.rejected == 1)

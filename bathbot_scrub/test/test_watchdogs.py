@@ -22,6 +22,8 @@ BAD = {
     "silence": {"age": 0.06},
     "unreadable": {"age": 0.06, "refused": 12},
     "late_samples": {"late": 12},
+    "excess_samples": {"excess": True},
+    "leaping_joints": {"leap": 3},
     "no_force": {"finite": False},
     "frozen_force": {"repeats": 12},
     "saturated_force": {"wrench": PRESSED},
@@ -67,8 +69,9 @@ def test_every_watchdog_barks_with_its_reaction_and_says_what_is_wrong(dog):
 def test_what_each_watchdog_leaves_to_be_trusted():
     """Written out here, for it decides who is left, who is stood still for, and who may call arm/retract."""
     doubts_force = {"silence", "unreadable", "no_force", "frozen_force", "force_sensor_error"}
+    doubts_force |= {"excess_samples", "leaping_joints"}
     doubts_joints = {"silence", "unreadable", "controller_error", "joint_error", "following_error"}
-    doubts_joints |= {"not_following", "tcp_lost", "tcp_deaf", "no_power"}
+    doubts_joints |= {"not_following", "tcp_lost", "tcp_deaf", "no_power", "excess_samples", "leaping_joints"}
     assert {dog.name for dog in WATCHDOGS if not dog.force} == doubts_force
     assert {dog.name for dog in WATCHDOGS if not dog.joints} == doubts_joints
 

@@ -3,6 +3,7 @@
 The force vector has no stamp of its own, so a sample is stamped on arrival.
 """
 
+import ctypes
 import math
 import socket
 import threading
@@ -22,6 +23,7 @@ from bathbot_scrub.rm65.controller.protocol import (
     quaternion_from_wire,
     wrench_from_wire,
 )
+from bathbot_scrub.rm65.controller.push_source import LEARN, PushRate, PushSource
 from bathbot_scrub.rm65.timing.clock import MONOTONIC
 from bathbot_scrub.rm65.timing.priority import raise_priority
 
@@ -29,6 +31,10 @@ Array = NDArray[np.float64]
 _MAX_DATAGRAM = 65535
 _DISABLED = 0x0010  # error bit of a joint that has not started
 _POLL = 0.2  # [s] between looks at the stop flag
+_REST = 0.001  # [s] after a datagram that is not wanted: a flood of them must not keep the interpreter busy
+CYCLE = 0.005  # [s] of the push, as it is ordered
+_LIBC = ctypes.CDLL(None)
+_NOBODY = bytes(16)  # an address of no family: to it a socket is connected that shall hear everybody again
 
 
 class ArmSample(NamedTuple):
@@ -108,6 +114,22 @@ def _code(code: object) -> int:
         return -1
 
 
+def _bound(port: int) -> socket.socket:
+    """A socket that keeps its port when it shall hear everybody again: it was asked for by number."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        opened.bind(("", port))
+        if port:
+            return opened
+        free = int(opened.getsockname()[1])
+    except OSError as error:
+        opened.close()
+        message = f"cannot listen on UDP port {port}: {error}; choose another udp_port"
+        raise ArmConnectionError(message) from error
+    opened.close()
+    return _bound(free)
+
+
 class StateReceiver:
     """Receives the push in a thread of its own and keeps the newest sample."""
 
@@ -116,39 +138,41 @@ class StateReceiver:
         port: int,
         on_sample: Callable[[ArmSample], None],
         on_refusal: Callable[[], None] = lambda: None,
-        source: str = "",
+        on_excess: Callable[[], None] = lambda: None,
+        learn: float = LEARN,
         clock: Callable[[], float] = MONOTONIC,
     ) -> None:
-        """Open the port (0: any free one) and start to listen.
+        """Open the port (0: any free one) and start to listen; nobody is believed before `expect`.
 
         Args:
             port: UDP port.
             on_sample: Called in the receiving thread with every good sample.
             on_refusal: Called there for every datagram of the controller that is none.
-            source: Address of the controller; datagrams of others are refused. Empty: take all.
+            on_excess: Called there for every datagram beyond the rate that was ordered.
+            learn: Time for which senders are looked at before one is believed [s].
             clock: Stamps the samples [s].
 
         Raises:
             ArmConnectionError: When the port cannot be opened.
         """
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.bind(("", port))
-        except OSError as error:
-            self._socket.close()
-            raise ArmConnectionError(
-                f"cannot listen on UDP port {port}: {error}; choose another udp_port"
-            ) from error
+        self._socket = _bound(port)
         self._socket.settimeout(_POLL)
         self.port = int(self._socket.getsockname()[1])
         self.accepted = 0
         self.rejected = 0
         self.last_error = ""
         self.latest: ArmSample | None = None
-        self._on_sample, self._on_refusal, self.source = on_sample, on_refusal, source
+        self.source, self._rate, self._turning = PushSource(learn), PushRate(1.0 / CYCLE), threading.Lock()
+        self._on_sample, self._on_refusal, self._on_excess = on_sample, on_refusal, on_excess
         self._clock, self._open = clock, True
         self._thread = threading.Thread(target=self._receive, name="rm65-push", daemon=True)
         self._thread.start()
+
+    def expect(self, address: str) -> None:
+        """The push has been ordered from `address`: learn anew which port it comes from."""
+        with self._turning:
+            _LIBC.connect(self._socket.fileno(), _NOBODY, len(_NOBODY))
+            self.source.expect(address)
 
     def age(self) -> float:
         """Time since the newest sample [s]; infinite before the first."""
@@ -164,19 +188,28 @@ class StateReceiver:
         raise_priority()  # what the control loop judges comes through here
         while self._open:
             try:
-                raw, (sender, _) = self._socket.recvfrom(_MAX_DATAGRAM)
+                raw, sender = self._socket.recvfrom(_MAX_DATAGRAM)
             except TimeoutError:
                 continue
             except OSError as error:
                 self.last_error = str(error)
                 time.sleep(_POLL)
                 continue
-            if self.source not in ("", sender):
+            now = self._clock()
+            if not self._believes(sender, now):
+                if not self.source.learning:
+                    self.rejected += 1
+                    self.last_error = f"datagram from {sender[0]}:{sender[1]}, not from the controller"
+                time.sleep(_REST)
+                continue
+            if self._rate.exceeded(now):
                 self.rejected += 1
-                self.last_error = f"datagram from {sender}, not from the controller {self.source}"
+                self.last_error = "more datagrams than were ordered"
+                self._on_excess()
+                time.sleep(_REST)
                 continue
             try:
-                sample = parse_sample(raw, self._clock())
+                sample = parse_sample(raw, now)
             except ProtocolError as error:
                 self.rejected += 1
                 self.last_error = str(error)
@@ -185,3 +218,12 @@ class StateReceiver:
             self.accepted += 1
             self.latest = sample
             self._on_sample(sample)
+
+    def _believes(self, sender: tuple[str, int], now: float) -> bool:
+        """Ask the source; once it knows its port, have the kernel drop what others send, unread."""
+        with self._turning:
+            known = self.source.believed is not None
+            believed = self.source.believes(sender, now)
+            if believed and not known:
+                self._socket.connect(sender)
+        return believed

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
 from bathbot_scrub.rm65.controller.state_push import ArmSample
 from bathbot_scrub.rm65.force.wrench_filter import common
 from bathbot_scrub.rm65.guard.following_error import NO_LAG, FollowingMonitor, Lag
@@ -16,6 +17,7 @@ Array = NDArray[np.float64]
 _TOGETHER = 0.001  # [s] between samples that arrive together: they were late
 _KEPT = 400  # readings of the force that are remembered, 2 s
 _BURST_COUNTS = 0.05  # [s] for which a burst is told
+_UNEVEN = 0.015  # [s] by which samples may arrive closer together than they were measured
 
 
 class Connected(NamedTuple):
@@ -50,6 +52,8 @@ class Signals(NamedTuple):
     lag: Lag
     tcp: Connected
     activity: Activity
+    excess: bool = False  # lately more datagrams came than were ordered
+    leap: int = 0  # joint, counted from 1, that lately went farther between two samples than it can; 0: none
 
 
 class SignalHealth:
@@ -63,6 +67,7 @@ class SignalHealth:
         self._readings: OrderedDict[bytes, None] = OrderedDict()
         self._repeats, self._together, self._refused = 0, 1, 0
         self._late, self._late_at = 0, -math.inf
+        self._excess_at, self._leap, self._leapt_at = -math.inf, 0, -math.inf
         self._following, self._lag = FollowingMonitor(tolerance, period), NO_LAG
 
     def sample(self, sample: ArmSample) -> None:
@@ -73,6 +78,7 @@ class SignalHealth:
                 self._repeats = self._repeats + 1 if self._known(sample.wrench) else 0
                 self._together = self._together + 1 if sample.stamp - last.stamp < _TOGETHER else 1
                 self._before = last.wrench
+                self._note_leap(last, sample)
             if self._together > 1 and (
                 self._together > self._late or sample.stamp - self._late_at > _BURST_COUNTS
             ):
@@ -89,6 +95,18 @@ class SignalHealth:
         if len(self._readings) > _KEPT:
             self._readings.popitem(last=False)
         return known
+
+    def _note_leap(self, last: ArmSample, sample: ArmSample) -> None:
+        """Two sources, or old data, give themselves away by joints that are in two places."""
+        most = RM65_LIMITS.speed * (max(sample.stamp - last.stamp, 0.0) + _UNEVEN)
+        beyond = np.abs(sample.joints - last.joints) - most
+        if beyond.max() > 0.0:
+            self._leap, self._leapt_at = int(beyond.argmax()) + 1, sample.stamp
+
+    def exceed(self, now: float) -> None:
+        """At `now` [s] a datagram came beyond those that were ordered."""
+        with self._lock:
+            self._excess_at = now
 
     def refuse(self) -> None:
         """A datagram came that could not be read."""
@@ -108,10 +126,14 @@ class SignalHealth:
         """What is known at `now` [s], on the clock of the stamps."""
         with self._lock:
             sample, before = self._sample, self._before
+            excess = now - self._excess_at <= _BURST_COUNTS
+            leap = self._leap if now - self._leapt_at <= _BURST_COUNTS else 0
             late = self._late if now - self._late_at <= _BURST_COUNTS else 0
             if sample is None:
                 nothing = np.full(6, np.nan)
-                return Signals(math.inf, self._refused, 0, True, 0, nothing, (), (), self._lag, tcp, activity)
+                return Signals(
+                    math.inf, self._refused, 0, True, 0, nothing, (), (), self._lag, tcp, activity, excess
+                )  # fmt: skip
             wrench = sample.wrench if before is None else common(sample.wrench, before)
             return Signals(
                 max(now - sample.stamp, 0.0),
@@ -125,4 +147,6 @@ class SignalHealth:
                 self._lag,
                 tcp,
                 activity,
+                excess,
+                leap,
             )

@@ -14,6 +14,7 @@ import numpy as np
 
 from bathbot_scrub.arm.states import QUIET, Alarm, Reaction, State
 from bathbot_scrub.rm65.controller.error_codes import in_words
+from bathbot_scrub.rm65.controller.state_push import CYCLE
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.guard.signal_health import Activity, Signals
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -21,7 +22,6 @@ from bathbot_scrub.rm65.settings import DriverSettings
 RATED_FORCE, RATED_TORQUE = 200.0, 7.0  # [N], [Nm] of the sensor; the lower of two documents
 _SATURATED = 0.98  # share of it
 _REPEATED = 3  # readings of the force in a row that came before: what comes with them may be old, too
-_CYCLE = 0.005  # [s] of the push
 _FORCE_SENSOR = (0x2003, 0x2004)  # errors of the controller that leave the joints as they are
 
 
@@ -48,8 +48,16 @@ def _unreadable(signals: Signals, settings: DriverSettings) -> str:
 
 
 def _late(signals: Signals, settings: DriverSettings) -> str:
-    late = signals.late * _CYCLE > settings.brake_after
+    late = signals.late * CYCLE > settings.brake_after
     return f"{signals.late} samples arrived at once: they were late" if late else ""
+
+
+def _excess(signals: Signals, settings: DriverSettings) -> str:
+    return "more states come than were ordered: somebody else sends some" if signals.excess else ""
+
+
+def _leap(signals: Signals, settings: DriverSettings) -> str:
+    return f"joint {signals.leap} leapt: states of two sources, or old ones" if signals.leap else ""
 
 
 def _no_force(signals: Signals, settings: DriverSettings) -> str:
@@ -144,6 +152,8 @@ WATCHDOGS = (
     Watchdog("silence", "age of the newest sample", "brake_after", _WAIT, _silence, False, False),
     Watchdog("unreadable", "datagrams that are no state", "brake_after", _WAIT, _unreadable, False, False),
     Watchdog("late_samples", "samples that arrive at once", "brake_after", _WAIT, _late),
+    Watchdog("excess_samples", "more than were ordered", "at once", _FAULT, _excess, False, False),
+    Watchdog("leaping_joints", "joints faster than they can", "at once", _FAULT, _leap, False, False),
     Watchdog("no_force", "force that is not a number", "at once", _WAIT, _no_force, False),
     Watchdog("frozen_force", "readings that came before", "frozen_samples", _FAULT, _frozen, False),
     Watchdog("saturated_force", "two readings at the rated load", "at once", _FAULT, _saturated),

@@ -50,6 +50,10 @@ class ArmSenses:
         """A datagram came that could not be read."""
         self._health.refuse()
 
+    def exceed(self, now: float) -> None:
+        """At `now` [s] a datagram came beyond those that were ordered."""
+        self._health.exceed(now)
+
     def begin_anew(self) -> None:
         """The sensor reads zero now, with the tool in this posture."""
         sample = self.sample

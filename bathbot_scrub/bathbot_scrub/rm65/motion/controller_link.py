@@ -55,7 +55,9 @@ class ControllerLink:
         self._asked: float | None = None  # [s] when a question went out that has no answer yet
         self._wake = threading.Event()
         self._open = True
-        self.receiver = StateReceiver(settings.udp_port, self._take, self._senses.refuse, clock=clock)
+        self.receiver = StateReceiver(
+            settings.udp_port, self._take, self._senses.refuse, self._exceed, clock=clock
+        )
         self.client = ArmClient(settings.host, settings.port, self._connection)
         clear = {"command": "clear_force_data"}
         self.zeroing = Zeroing(
@@ -140,6 +142,10 @@ class ControllerLink:
         self._senses.take(sample)
         self._news()
 
+    def _exceed(self) -> None:
+        self._senses.exceed(self._clock())
+        self._news()
+
     def _connection(self, connection: Connection) -> None:
         if not connection.connected:
             self._ready, self._asked = False, None
@@ -162,9 +168,8 @@ class ControllerLink:
                 continue
             silent = self._ready and min(self.receiver.age(), self._clock() - self._set_up_at) > _SILENCE
             if silent:
-                self._complain(
-                    f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
-                )
+                nothing = f"no state comes to UDP port {self.receiver.port}; check firewall and udp_port"
+                self._complain(self.receiver.source.trouble or nothing)
             try:
                 if silent or not self._ready:
                     self._set_up()
@@ -190,7 +195,6 @@ class ControllerLink:
             self._told.clear()
 
     def _set_up(self) -> None:
-        self.receiver.source = self.client.controller_address()
         info = self.client.request({"command": "get_arm_software_info"})
         product = str(info.get("Product_version", ""))
         if _variant_of(product) != self._variant:
@@ -209,6 +213,7 @@ class ControllerLink:
             },
             "state",
         )
+        self.receiver.expect(self.client.controller_address())
         self._ready, self._set_up_at = True, self._clock()
 
 
