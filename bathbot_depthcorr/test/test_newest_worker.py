@@ -1,4 +1,5 @@
 import threading
+import time
 
 import pytest
 from bathbot_depthcorr.node.newest_worker import NewestWorker
@@ -37,6 +38,16 @@ def test_the_newest_are_kept_in_order_and_the_rest_is_counted(waiting):
     assert gate.worker.dropped == 5 - waiting
     gate.let_all(1 + waiting)
     assert gate.seen == [0, *range(6 - waiting, 6)]
+
+
+def test_what_waits_is_done_before_the_end_when_there_is_time_for_it():
+    done = []
+    worker = NewestWorker(lambda item: (time.sleep(0.01), done.append(item)), print, waiting=10)
+    for item in range(5):
+        worker.put(item)
+    worker.settle(20.0)
+    worker.close()
+    assert done == [0, 1, 2, 3, 4]
 
 
 def test_what_waited_too_long_makes_way_for_the_newest():

@@ -48,7 +48,12 @@ class NewestWorker(Generic[Item]):
         with self._condition:
             self.dropped += len(self._waiting) == self._waiting.maxlen
             self._waiting.append((time.monotonic(), item))
-            self._condition.notify()
+            self._condition.notify_all()
+
+    def settle(self, timeout: float) -> None:
+        """Wait until no item waits any more, at most `timeout` [s]."""
+        with self._condition:
+            self._condition.wait_for(lambda: not self._waiting, timeout)
 
     def close(self, timeout: float = 2.0) -> None:
         """Stop after the item in work, waiting at most `timeout` [s]."""
@@ -65,6 +70,7 @@ class NewestWorker(Generic[Item]):
                 if not self._open:
                     return
                 item = self._next()
+                self._condition.notify_all()
             try:
                 self._work(item)
             except Exception as error:  # the owner decides; this thread must live on

@@ -103,7 +103,7 @@ def main() -> None:
     """Run the node."""
     prefer_the_arm()
     keep_clear_of_shared_memory()
-    run(SimRm65)
+    run(SimRm65, "--disable-external-lib-logs")  # as for the driver: the push must not wait for a disk
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ from bathbot_scrub.rm65.timing.beat import Ticker
 from bathbot_scrub.rm65.timing.priority import prefer_process
 
 _LINES = 200  # of the log that may wait; the newest are kept
+_LAST_WORDS = 0.5  # [s] for those that wait at the end
 
 
 class Rm65Driver(StageNode):
@@ -55,6 +56,7 @@ class Rm65Driver(StageNode):
     def start(self) -> None:
         """Connect, and offer what the arm can do."""
         self._lines = self.worker(self.get_logger().warning, self._cannot_log, waiting=_LINES)
+        self.at_end(lambda: self._lines.settle(_LAST_WORDS))
         self._driver = driver = self.hold(rm65_driver(self._settings, self._warn))
         self._telemetry = Telemetry(driver, self._outputs)
         self.get_logger().info(f"control loop runs at {driver.loop.thread.priority}")
