@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from arm_poses import ARM, HOME, JOINT_PACE, TARGET
+from arm_poses import ARM, HOME, JOINT_PACE, TARGET, joints_at
 from bathbot_scrub.arm.clearance import capsule_ends
 from bathbot_scrub.arm.collision_speed import collision_speed, meeting_speed
 from bathbot_scrub.arm.collision_table import PARTS
 from bathbot_scrub.arm.tool_path import retreated
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
-from bathbot_scrub.rm65.paths.path_runner import PathRunner
+from bathbot_scrub.rm65.paths.path_runner import Pace, PathRunner
 from bathbot_scrub.rm65.paths.speed_near_people import LEAN, speeds_near_people
 from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
@@ -53,9 +53,9 @@ def skin(beyond=0.0):
     return TARGET[:3, 3] + SKIN @ TARGET[:3, :2].T + beyond * TARGET[:3, 2]
 
 
-def run(path):
+def run(path, pace=JOINT_PACE):
     """Joints every hundredth of a second."""
-    runner = PathRunner(path, JOINT_PACE, STEP)
+    runner = PathRunner(path, pace, STEP)
     joints = [path.joints[0]]
     while not runner.at_end:
         joints.append(runner.step())
@@ -87,6 +87,14 @@ def test_near_people_nothing_is_faster_than_they_bear(seen, homewards):
     assert speeds(joints)[near].max() <= 1.05 * SPEEDS.links
     towards = np.diff(ARM.head(joints)[:, :3, 3] @ TARGET[:3, 2]) / STEP
     assert towards[near[:, -1]].max() <= 1.15 * SPEEDS.meeting
+
+
+def test_a_head_that_draws_back_is_only_bound_as_the_links_are():
+    planner = cell()
+    line = planner.line(joints_at(TARGET), -0.10, 1.0).joints
+    path = planner.slow_near_people(planner.joint_path(line[0], *line[1:]))
+    fastest = speeds(run(path, Pace(3.0, 10.0, 1000.0))).max()  # joints that could do more
+    assert 0.9 * SPEEDS.links <= fastest <= 1.05 * SPEEDS.links
 
 
 def test_far_from_everybody_the_arm_is_as_fast_as_ever():
