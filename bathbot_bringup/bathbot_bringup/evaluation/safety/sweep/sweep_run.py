@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -74,16 +75,25 @@ def run_all(settings: SafetySweep, console: Console) -> list[Outcome]:
     context = multiprocessing.get_context("spawn")
     jobs = min(settings.jobs or len(os.sched_getaffinity(0)), len(trials))
     with (
-        ProcessPoolExecutor(jobs, context) as pool,
+        ProcessPoolExecutor(jobs, context, leave_interrupts) as pool,
         Progress(*columns, console=console, transient=True) as bar,
     ):
         task, hard = bar.add_task("trials", total=len(trials)), 0
         waiting = {pool.submit(run_trial, case, seed): place for place, (case, seed) in enumerate(trials)}
-        for done in as_completed(waiting):
-            outcome = outcomes[waiting[done]] = done.result()
-            hard += outcome.peak_n > outcome.bound_n
-            bar.update(task, advance=1, description=f"trials, {hard} too hard" if hard else "trials")
+        try:
+            for done in as_completed(waiting):
+                outcome = outcomes[waiting[done]] = done.result()
+                hard += outcome.peak_n > outcome.bound_n
+                bar.update(task, advance=1, description=f"trials, {hard} too hard" if hard else "trials")
+        except BaseException:  # Ctrl-C, too: only those end that run, in seconds
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     return [outcomes[place] for place in sorted(outcomes)]
+
+
+def leave_interrupts() -> None:
+    """Leave Ctrl-C to the program that began the pool."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def run_trial(case: SweepCase, seed: int) -> Outcome:
