@@ -58,6 +58,15 @@ def test_a_body_at_any_speed_is_left_before_the_give_is_used(speed, rest, seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("speed", [0.03, 0.04, 0.05, 0.06])
+def test_slow_rises_are_known_before_the_force_itself_is_too_high(speed, seed):
+    """Below `surge`, by the longer windows: 1 mm of give is left when the head is as fast as the body."""
+    _, force = decided_at(ramp(1.43, speed), seed)
+    assert force < LIMITS.used_up - 0.1
+    assert force / STIFFNESS + after_decision(speed) < SCRUB_HEAD.give - 0.001
+
+
+@pytest.mark.parametrize("seed", range(5))
 def test_from_where_a_search_ends_that_holds_up_to_150_mm_a_second(seed):
     """A search ends at 1.43 N in the emulator; at 200 mm/s the joints could not do it even with no delay."""
     _, force = decided_at(ramp(1.43, 0.15), seed)
