@@ -78,3 +78,15 @@ def test_skin_at_the_target_is_what_the_arm_came_for(probe):
     probe.until(lambda: probe.state()[0] == ArmState.APPROACH)
     probe.result(goal.cancel_goal_async())
     assert probe.result(goal.get_result_async()).result.error_code == Approach.Result.CANCELED
+
+
+def test_a_hand_that_comes_into_the_way_of_an_arm_that_moves_stops_it(probe):
+    probe.show(TARGET[:3, 3])
+    probe.until(lambda: probe.body().startswith("1 points"))
+    goal = probe.send(probe.goal())
+    probe.until(lambda: probe.state()[0] == ArmState.APPROACH)
+    probe.show(TARGET[:3, 3], TARGET[:3, 3] - 0.075 * AXIS)
+    outcome = probe.result(goal.get_result_async()).result
+    assert outcome.error_code == Approach.Result.CANCELED
+    assert "the person has moved into the way" in outcome.error_msg
+    probe.until(lambda: probe.state()[0] == ArmState.HOLD)
