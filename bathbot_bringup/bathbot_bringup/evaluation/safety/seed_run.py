@@ -23,6 +23,7 @@ from bathbot_bringup.evaluation.safety.fault_table import FaultCase, choose_faul
 from bathbot_bringup.evaluation.safety.measures import (
     ALARMED,
     STANDS,
+    TURNS,
     Reaction,
     Report,
     head_velocity,
@@ -173,10 +174,12 @@ def demand_phase(trace: TraceData, fault: float, phase: Phase, touched: bool) ->
     if not len(trace.stamp[before]):
         raise SpoiltTrialError("the trace begins after the fault")
     speed = float(np.linalg.norm(head_velocity(trace)[before], axis=1).mean())
+    turns = float(np.abs(trace.joint_speeds[before]).max(axis=1).mean())  # a way may turn about the head
+    stands = speed < STANDS and turns < TURNS
     lately = slice(*np.searchsorted(trace.stamp, (fault - _LATELY, fault)))
     touches = bool((np.linalg.norm(trace.force[lately], axis=1) > 0.0).any())
     touching = phase in (Phase.REST, Phase.SCRUB) or touched
-    if touches is not touching or (speed < STANDS) is not (phase is Phase.REST):
+    if touches is not touching or stands is not (phase is Phase.REST):
         raise SpoiltTrialError(
             f"the fault did not meet the arm in phase {phase.value}: {1e3 * speed:.0f} mm/s, "
             f"{'in' if touches else 'no'} contact"

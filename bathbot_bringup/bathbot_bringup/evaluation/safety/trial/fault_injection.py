@@ -29,6 +29,7 @@ PLAYER = "stroke_player"
 WATCH = 1.2  # [s] after a fault
 LATE = 1.0  # [s] of a segment
 _RUN_OUT = 4.5  # [s] in which the arm must have come to the end of what it was given
+_COMES = 5.0  # [s] in which an arm that began comes to its stand-off
 _LOOK = 1.5  # [s] before the arm comes
 _MOVED = 0.03  # [m] away from the arm; scrub_planner allows 0.02
 _AT_END, _STAYS = 0.002, 120  # [m] of the last pose; samples: who passes by on the way is gone in less
@@ -103,6 +104,10 @@ class Ordered(Injection):
         """For how long [s]."""
         return self.duration
 
+    def watch(self, lasts: float) -> float:
+        """Time [s] to look on, from the order of a fault that lasts so long [s]."""
+        return max(lasts + 0.5, WATCH)
+
     def inject(self, run: TrialRun, plan: TrialPlan) -> Injected:
         """Order it."""
         run.bring_about()
@@ -112,7 +117,7 @@ class Ordered(Injection):
             fault["value"] = value
         stamp = time.monotonic()
         run.operator.sim.order(fault)
-        run.play(max(lasts + 0.5, WATCH))
+        run.play(self.watch(lasts))
         return Injected(stamp)
 
     def onset(self, injected: Injected, trace: TraceData) -> float:
@@ -159,6 +164,10 @@ class LeaningIn(Ordered):
     def lasting(self, value: float) -> float:
         """Time in which the person leans so far [s]."""
         return value / self.speed
+
+    def watch(self, lasts: float) -> float:
+        """Until the arm has come to where the person is: it is slow near people."""
+        return lasts + _COMES
 
 
 @dataclass(frozen=True, slots=True)
