@@ -76,6 +76,21 @@ def test_sim_rm65_serves_the_arm_and_tells_the_truth(probe, tmp_path):
     assert len(load_trace(tmp_path / "end.npz").stamp)
 
 
+def test_a_driver_that_is_interrupted_on_the_skin_leaves_it_first(probe):
+    """The true head, as the emulated controller has it, after Ctrl-C to the only driver there is."""
+    usual = {"brake_after": 0.15, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
+    with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), Wall()) as emulator:
+        with ended(driver_node(port=emulator.port, joint_speed=2.0, **usual)) as driver:
+            probe.until(lambda: probe.state()[2])
+            outcome = probe.result(probe.send(probe.goal()).get_result_async())
+            assert outcome.status == GoalStatus.STATUS_SUCCEEDED
+            assert emulator.truth().contact.compression > 0.0
+            driver.send_signal(signal.SIGINT)
+        probe.newest.clear()
+        away = emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
+        assert away @ -AXIS > 0.05
+
+
 def test_without_controller_it_says_so_in_one_line_and_lives(probe):
     with ended(driver_node(port=free_port())) as driver:
         probe.until(lambda: any("cannot reach" in status.message for status in probe.told))
@@ -183,18 +198,3 @@ def test_the_whole_job_over_dds(probe, arm):
     assert probe.call("home").success
     probe.until(lambda: probe.state()[:2] == (ArmState.FREE, "at home"))
     assert "remain" in probe.call("zero_force").message
-
-
-def test_a_driver_that_is_interrupted_on_the_skin_leaves_it_first(probe):
-    """The true head, as the emulated controller has it, after Ctrl-C to the driver, twice."""
-    usual = {"brake_after": 1.0, "stale_after": 2.0, "wait_at_most": 10.0, "home_deg": list(READY_DEG)}
-    with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), Wall()) as emulator:
-        with ended(driver_node(port=emulator.port, joint_speed=2.0, **usual)) as driver:
-            probe.until(lambda: probe.state()[2])
-            outcome = probe.result(probe.send(probe.goal()).get_result_async())
-            assert outcome.status == GoalStatus.STATUS_SUCCEEDED
-            assert emulator.truth().contact.compression > 0.0
-            driver.send_signal(signal.SIGINT)
-        probe.newest.clear()
-        away = emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
-        assert away @ -AXIS > 0.05
