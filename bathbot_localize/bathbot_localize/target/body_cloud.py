@@ -37,6 +37,7 @@ class Known(NamedTuple):
 class _Said(NamedTuple):
     """What a picture says of known points, masks of shape (M,)."""
 
+    there: NDArray[np.bool_]  # something is, though too few points of its voxel are seen
     covered: NDArray[np.bool_]  # the arm is before it
     behind: NDArray[np.bool_]  # something else is, near enough to be of the same body
     dark: NDArray[np.bool_]  # nothing: no depth there, or something far before it
@@ -77,12 +78,12 @@ class BodyCloud:
         )  # not where there is no depth
         fresh = self._centres(points[near & ~arm])
         known = transform_points(inverse(T_base_depth), self._points)
-        said = _said(camera.project(known) / stride, known[:, 2], depth, arm)
+        said = _said(camera.project(known) / stride, known[:, 2], depth, arm, 0.5 * self._voxel)
         remembered = stamp - self._stamps <= self._memory
         other = ~np.isin(self._cells(self._points), self._cells(fresh))
         alone = said.dark & (_distances(self._points, fresh) > _BESIDE * self._voxel)
         unseen = other & (alone | (said.covered & ~remembered))
-        kept = other & (said.covered | said.behind | said.dark)
+        kept = other & (said.there | said.covered | said.behind | said.dark)
         share = float(unseen.sum() / max(len(fresh) + kept.sum(), 1))
         if share <= _UNSEEN and len(fresh) + kept.sum():
             self._vouched = stamp
@@ -108,7 +109,9 @@ def _distances(points: Array, others: Array) -> Array:
     return KDTree(others).query(points)[0] if len(points) and len(others) else np.full(len(points), np.inf)
 
 
-def _said(pixels: Array, depths: Array, depth: NDArray[np.float32], arm: NDArray[np.bool_]) -> _Said:
+def _said(
+    pixels: Array, depths: Array, depth: NDArray[np.float32], arm: NDArray[np.bool_], same: float
+) -> _Said:
     """What a picture says of known points; all is false where it looks through or has them not in view.
 
     Args:
@@ -116,9 +119,11 @@ def _said(pixels: Array, depths: Array, depth: NDArray[np.float32], arm: NDArray
         depths: Of the points [m], shape (M,).
         depth: Picture [m], shape (H, W).
         arm: Which of its pixels show the arm.
+        same: By which depths differ that are of one place [m].
     """
     inside = ((pixels > -0.5) & (pixels < np.array(depth.shape[::-1]) - 0.5)).all(axis=-1)
     columns, rows = np.where(inside, np.round(pixels).T, 0).astype(int)
     nearer, covered = depths - depth[rows, columns], inside & arm[rows, columns]  # NaN without depth
     behind = inside & ~covered & (nearer > _BEHIND) & (nearer <= _ONE_BODY)
-    return _Said(covered, behind, inside & ~covered & ~(nearer <= _ONE_BODY))
+    there = inside & ~covered & (np.abs(nearer) <= same)
+    return _Said(there, covered, behind, inside & ~covered & ~(nearer <= _ONE_BODY))
