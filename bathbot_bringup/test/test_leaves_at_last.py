@@ -67,7 +67,7 @@ def test_a_search_that_was_ended_leaves_too_and_an_arm_in_free_air_stays():
     close(cell)
     assert cell.controller.T_base_head[:3, 3] == pytest.approx(stood, abs=1e-4)
     cell = VirtualCell("Trunk_skin", **READY)
-    cell.clock.at(cell.clock() + 1.7, cell.driver.close)
+    cell.clock.at(cell.clock() + 2.2, cell.driver.close)
     with pytest.raises(CanceledError):
         cell.approach()
     assert cell.gap() > 0.03

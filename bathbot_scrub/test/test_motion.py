@@ -121,3 +121,14 @@ def test_a_way_that_did_not_begin_at_home_is_not_taken_back():
     near = PLANNER.to_pose(HOME, retreated(TARGET, 0.06))
     elsewhere = PLANNER.joint_path(near.joints[-1], near.joints[-1] + 0.05)
     assert_allclose(PLANNER.to_home(near.joints[-1], elsewhere).joints[-1], HOME, atol=1e-9)
+
+
+@pytest.mark.parametrize("behind", [0.02, 0.05])
+def test_who_stands_straight_before_its_stand_off_does_not_draw_back_first(behind):
+    standoff = retreated(TARGET, 0.06)
+    start = PLANNER.line(TOUCH, -(0.06 + behind), 0.25).joints[-1]
+    heads = ARM.head(PLANNER.to_pose(start, standoff).joints)
+    along = (heads[:, :3, 3] - standoff[:3, 3]) @ standoff[:3, 2]
+    assert (np.diff(along) > -1e-6).all()
+    assert along[0] == pytest.approx(-behind, abs=1e-6)
+    assert_allclose(heads[-1], standoff, atol=1e-6)

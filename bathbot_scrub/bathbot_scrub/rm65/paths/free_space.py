@@ -26,6 +26,8 @@ _PLANE_SLACK = 0.02  # [m] that any link may pass the plane through the end next
 _DETOUR = 1.6  # longest way of the head over the straight distance
 _DETOUR_FREE = 0.15  # [m] that are no detour
 _BACKS = (0.16, 0.12, 0.08, 0.04, 0.0)  # [m] straight back from the person before the joints fold
+_BEHIND = 0.02  # [m] beside the straight way back within which a head is on it
+_FACING = 0.99  # cosine between axes of heads that face the same skin
 _GROUPS = (slice(0, 1), slice(1, 3), slice(3, 6))  # joints of base, arm and wrist
 
 
@@ -47,7 +49,7 @@ class FreeSpace:
         """
         first, found = None, False
         T = self.arm.head(near)
-        for back in _BACKS:
+        for back in self._backs(T, self.arm.head(far)):
             try:
                 line = [near]
                 if back:
@@ -60,6 +62,17 @@ class FreeSpace:
                 first = first or error
         if not found:
             raise first or UnreachableError("no way")
+
+    def _backs(self, T_near: Array, T_far: Array) -> tuple[float, ...]:
+        """How far to go straight back [m], one to try after the other; where the way lies there, no farther.
+
+        Args:
+            T_near: Head next to the person, (4, 4).
+            T_far: Head at the other end, (4, 4).
+        """
+        across = T_near[:3, :3].T @ (T_far[:3, 3] - T_near[:3, 3])
+        straight = np.linalg.norm(across[:2]) < _BEHIND and T_near[:3, 2] @ T_far[:3, 2] > _FACING
+        return (-float(across[2]), *_BACKS) if straight and 0.0 < -across[2] < _BACKS[0] else _BACKS
 
     def _foldings(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
         """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
