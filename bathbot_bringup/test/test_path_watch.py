@@ -24,7 +24,7 @@ def see(cell):
 
 
 def test_who_leans_into_the_way_is_seen_and_the_arm_stands_and_says_so():
-    cell = VirtualCell("Face_skin", **READY)
+    cell = VirtualCell("Face_skin", **READY | {"home_deg": ready_deg(0.22)})  # not where the person leans to
     cell.look(0.2, 0.2)
     cell.wait(0.3)
     cell.lean(0.12, 0.3, after=0.4)
