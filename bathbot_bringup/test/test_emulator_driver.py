@@ -114,7 +114,7 @@ def test_a_body_that_moves_into_the_brush_is_left_along_the_normal(cell):
     assert "retracted: force" in cell.driver.snapshot().reason
     until(lambda: cell.gap() > 0.05)
     offset = cell.emulator.truth().T_base_head[:3, 3] - TARGET[:3, 3]
-    assert np.linalg.norm(np.cross(offset, AXIS)) < 1e-3
+    assert np.linalg.norm(np.cross(offset, AXIS)) < 2e-3
     with pytest.raises(NotReadyError, match="arm/resume"):
         cell.driver.home()
     cell.driver.resume()

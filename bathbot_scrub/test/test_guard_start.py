@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bathbot_scrub.arm.errors import NotReadyError
-from bathbot_scrub.arm.states import QUIET, Action, State
+from bathbot_scrub.arm.states import QUIET, Action, Reaction, State
 from bathbot_scrub.rm65.guard.first_samples import FirstSamples
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from test_guard import BROKEN, IDLE, LIMITS, SILENT, TRUNK, UNSTEADY, reading
@@ -78,3 +78,8 @@ def test_one_sample_counts_once_and_none_before_the_first():
     for stamp in [np.nan, *[1.0] * 40]:
         assert not first.show_home(reading(stamp=stamp), HOME, QUIET)
     assert not first.decided
+
+
+def test_a_driver_that_waited_long_for_its_controller_finds_the_arm_at_home_all_the_same():
+    unsteady = UNSTEADY._replace(reaction=Reaction.FAULT, force=True, joints=True)
+    assert shown([(HOME, 0.0, unsteady)] * 60 + [(HOME, 0.0, QUIET)] * 25) == (True, 80)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bathbot_scrub.arm.states import Alarm, Reaction
 from bathbot_scrub.rm65.force.wrench_filter import resultant
 from bathbot_scrub.rm65.guard.force_checks import Reading
+from bathbot_scrub.rm65.guard.watchdogs import UNSTEADY
 
 Array = NDArray[np.float64]
 _ENOUGH = 20  # samples, 0.1 s
@@ -29,7 +30,8 @@ class FirstSamples:
 
     def show_home(self, reading: Reading, joints: Array, alarm: Alarm) -> bool:
         """Take the newest sample, joints in [rad], shape (6,); true once, if ever: with the last of them."""
-        waits = alarm.doubtful and alarm.reaction is not Reaction.FAULT
+        # who has waited long for its controller is still unsteady when the first samples come
+        waits = alarm.doubtful and (alarm.reaction is not Reaction.FAULT or alarm.name == UNSTEADY)
         if self.decided or waits or not math.isfinite(reading.stamp) or reading.stamp == self._stamp:
             return False
         free = resultant(reading.wrench) <= self._free and not alarm.doubtful
