@@ -36,7 +36,6 @@ SHORT = {
     "bathbot_scrub/rm65/arm/limits.py": "table of the arm's limits, and its home",
     "bathbot_scrub/installed_arm.py": "the one place that names the arm",
     "bathbot_scrub/rm65/guard/condition.py": "the type that guard and its search share",
-    "bathbot_scrub/rm65/guard/first_samples.py": "how a driver begins, which stands alone",
     "bathbot_scrub/rm65/timing/clock.py": "time, which all of the driver shares",
     "bathbot_scrub/rm65/timing/priority.py": "what may be asked of the scheduler; three share it",
     "bathbot_bringup/sim/faults/lasting_fault.py": "the type that schedule and places share",
