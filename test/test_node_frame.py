@@ -252,7 +252,7 @@ def driver(graph):
 
 def test_the_drivers_limits_and_deadlines_cannot_be_changed_in_any_state(graph, driver):
     """Neither one by one nor all at once, nor taken away: not configured, inactive, active, and back."""
-    wanted = {"force_limits": "/tmp/other.yaml", "brake_after": 0.1, "leave_after": 15.0, "body_max_age": 9.0}
+    wanted = {"force_limits": "other.yaml", "brake_after": 0.1, "leave_after": 15.0, "body_max_age": 9.0}
     wanted |= {"home_needs_consent": False, "approach_speed": 0.05, "tool_mass": 0.5, "retract_speed": 0.2}
     changes = [Parameter(name, value=value).to_parameter_msg() for name, value in wanted.items()]
     gone = [Parameter(name).to_parameter_msg() for name in wanted]

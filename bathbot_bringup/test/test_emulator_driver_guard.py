@@ -194,13 +194,6 @@ def test_what_waits_in_front_of_a_controller_that_stood_still_is_not_obeyed_late
         assert np.linalg.norm(cell.emulator.truth().T_base_head[:3, 3] - stood) < 2e-4
 
 
-def test_the_comfort_band_slows_the_scrubbing_down(cell):
-    scrubbing(cell, speed=0.02, depth=0.004)
-    assert cell.driver.loop.motion.runner.share == 1.0
-    cell.emulator.order(Fault("drifting_force", value=-20.0, duration=0.3))
-    until(lambda: cell.driver.loop.motion.runner is None or cell.driver.loop.motion.runner.share < 1.0)
-
-
 def test_a_driver_that_was_held_up_does_not_move_on():
     """The control loop's thread stands still for a while, as all of a process does that is stopped."""
     with running(stale_after=0.3, wait_at_most=0.5) as cell:

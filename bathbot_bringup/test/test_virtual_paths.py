@@ -148,3 +148,12 @@ def test_an_idle_head_that_is_paused_says_so():
     cell.wait(0.3)
     cell.driver.pause()
     assert "it is paused, and nobody has resumed or retracted it" in told_when_idle(cell)
+
+
+def test_an_approach_that_is_refused_leaves_the_path_as_it_is():
+    cell = VirtualCell("Trunk_skin", seed=8, leave_after=0.7, **READY)
+    cell.approach()
+    cell.driver.follow(Segment(7, 0, False, "Trunk_skin", into(np.full(10, 0.004)), 0.1))
+    with pytest.raises(NotReadyError):
+        cell.approach()
+    assert "the planner is silent; segment 1 of path 7 has not come" in told_when_idle(cell)

@@ -105,8 +105,7 @@ class ArmDriver:
         progress: Callable[[float, float], None] = lambda remaining, force: None,
     ) -> Touch:
         """Go to a stand-off and straight on until skin is felt; see `Approach.run`."""
-        self._scrub.touched(None)
-        touch = self._approach.run(request, canceled, progress)
+        touch = self._approach.run(request, canceled, progress, lambda: self._scrub.touched(None))
         self._scrub.touched(Felt(*touch))
         return touch
 

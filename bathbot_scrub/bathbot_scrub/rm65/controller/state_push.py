@@ -71,6 +71,19 @@ def parse_sample(raw: bytes, stamp: float) -> ArmSample:
     return ArmSample(stamp, joints, *wrenches, T, _errors(frame), _joint_errors(status), word)
 
 
+def clearing(sample: ArmSample | None) -> list[tuple[Frame, str]]:
+    """Commands that clear the errors of a sample, each with the key of its reply that says so."""
+    bits = () if sample is None else sample.joint_errors
+    joints = [number for number, code in enumerate(bits, 1) if code]
+    return [
+        ({"command": "clear_system_err"}, "clear_state"),
+        *(
+            ({"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err")
+            for joint in joints
+        ),
+    ]
+
+
 def _wrench(sensor: Frame, key: str) -> Array:
     try:
         return wrench_from_wire(integers(sensor, key, 6))

@@ -74,6 +74,7 @@ class Approach:
         request: Request,
         canceled: Callable[[], bool] = lambda: False,
         progress: Callable[[float, float], None] = lambda remaining, force: None,
+        sets_out: Callable[[], None] = lambda: None,
     ) -> Touch:
         """Approach; blocks until skin is felt.
 
@@ -81,6 +82,7 @@ class Approach:
             request: Where and how.
             canceled: Asked now and then.
             progress: Told the remaining distance [m] and the force [N].
+            sets_out: Called once it is granted, before anything moves.
 
         Raises:
             InvalidPoseError, UnreachableError, NotReadyError, NoContactError, ForceLimitError, CanceledError.
@@ -98,6 +100,7 @@ class Approach:
             with self._loop.lock:
                 self._loop.guard.begin_approach(limits, f"on the way to {request.region}")
             self.came = None
+            sets_out()
             self._zero()
             self._move(way, MotionKind.TRANSIT, self._planner.joint_pace, target, canceled, progress)
             self.came = way

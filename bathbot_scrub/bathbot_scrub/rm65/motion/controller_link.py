@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bathbot_scrub.arm.errors import ArmConnectionError, ArmError, RefusedError
 from bathbot_scrub.rm65.controller.client import ArmClient, Connection
-from bathbot_scrub.rm65.controller.state_push import ArmSample, StateReceiver
+from bathbot_scrub.rm65.controller.state_push import ArmSample, StateReceiver, clearing
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
 from bathbot_scrub.rm65.force.zeroing import Zeroing
 from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signals
@@ -123,12 +123,8 @@ class ControllerLink:
         Raises:
             ArmError: When it refuses or does not answer.
         """
-        self.client.demand({"command": "clear_system_err"}, "clear_state")
-        bits = () if self.sample is None else self.sample.joint_errors
-        for joint in (number + 1 for number, code in enumerate(bits) if code):
-            self.client.demand(
-                {"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err"
-            )
+        for frame, key in clearing(self.sample):
+            self.client.demand(frame, key)
 
     def close(self) -> None:
         """End everything."""

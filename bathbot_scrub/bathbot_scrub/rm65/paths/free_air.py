@@ -44,10 +44,8 @@ class OnWay(NamedTuple):
         """
         places = [self.length, *(self.length + sign * _AHEAD for sign in (-1, 1))]
         ends = (max(self.length - _FAR, 0.0), min(self.length + _FAR, self.path.end))
-        heads = (
-            arm.head(np.stack([self.path.at(s) for s in (*places, *ends)]))[:, :3, 3]
-            - arm.head(self.path.at(self.length))[:3, 3]
-        )
+        heads = arm.head(np.stack([self.path.at(s) for s in (*places, *ends)]))[:, :3, 3]
+        heads = heads - heads[0]
         for sign, first, last in ((-1, heads[1], heads[3]), (1, heads[2], heads[4])):
             if _cosine(first, push) >= _GIVES_IN and last @ push >= least * np.linalg.norm(push):
                 part = self.path.back_from if sign < 0 else self.path.on_from

@@ -11,7 +11,7 @@ import numpy as np
 from bathbot_scrub.arm.errors import ArmConnectionError, ProtocolError, RefusedError
 from bathbot_scrub.rm65.controller.client import REPLY_TIMEOUT, stream_frame
 from bathbot_scrub.rm65.controller.protocol import Frame
-from bathbot_scrub.rm65.controller.state_push import ArmSample, parse_sample
+from bathbot_scrub.rm65.controller.state_push import ArmSample, clearing, parse_sample
 from bathbot_scrub.rm65.force.wrench_filter import HeadWrench
 from bathbot_scrub.rm65.force.zeroing import Zeroing
 from bathbot_scrub.rm65.guard.signal_health import Activity, Connected, Signals
@@ -117,10 +117,8 @@ class VirtualLink:
 
     def clear_errors(self) -> None:
         """Ask the controller to forget the errors it keeps."""
-        self._demand({"command": "clear_system_err"}, "clear_state")
-        bits = () if self.sample is None else self.sample.joint_errors
-        for joint in (number + 1 for number, code in enumerate(bits) if code):
-            self._demand({"command": "set_joint_clear_err", "joint_clear_err": joint}, "joint_clear_err")
+        for frame, key in clearing(self.sample):
+            self._demand(frame, key)
 
     def counts(self) -> LinkCounts:
         """What has come so far."""

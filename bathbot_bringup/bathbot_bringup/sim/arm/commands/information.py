@@ -1,7 +1,5 @@
 """What a controller says about itself: versions, kinematics, run time."""
 
-import time
-
 from bathbot_scrub.rm65.arm.kinematics import BASE_HEIGHT, FOREARM, UPPER_ARM
 from bathbot_scrub.rm65.controller.protocol import Frame, joints_to_wire
 
@@ -58,7 +56,7 @@ def _dh_data(desk: Desk, request: Frame) -> Frame:
 
 @command("get_system_runtime")
 def _runtime(desk: Desk, request: Frame) -> Frame:
-    minutes, seconds = divmod(int(time.monotonic() - desk.begun), 60)
+    minutes, seconds = divmod(int(desk.clock() - desk.begun), 60)
     hours, minutes = divmod(minutes, 60)
     days, hours = divmod(hours, 24)
     return answer("get_system_runtime", day=days, hour=hours, min=minutes, sec=seconds)

@@ -29,10 +29,14 @@ class Desk:
         contextlib.nullcontext
     )  # lets the arm go on
     peer: str = "127.0.0.1"  # address of the client that came last
-    begun: float = field(default_factory=time.monotonic)
     clock: Callable[[], float] = time.monotonic  # stamps the frames of the trace [s]
+    begun: float = field(init=False)  # [s] by that clock
     calibration: dict[int, Any] = field(default_factory=dict)  # poses of a manual calibration, by number
     velocity_frame: Any = None  # of movev_canfd, once it was announced
+
+    def __post_init__(self) -> None:
+        """Begin now."""
+        self.begun = self.clock()
 
 
 Command = Callable[[Desk, Frame], Frame | None]
