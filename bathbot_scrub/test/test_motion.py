@@ -132,3 +132,9 @@ def test_who_stands_straight_before_its_stand_off_does_not_draw_back_first(behin
     assert (np.diff(along) > -1e-6).all()
     assert along[0] == pytest.approx(-behind, abs=1e-6)
     assert_allclose(heads[-1], standoff, atol=1e-6)
+
+
+def test_an_arm_that_is_at_home_goes_nowhere_to_be_at_home():
+    """It drew back by 0.16 m and came again."""
+    heads = ARM.head(PLANNER.to_home(HOME).joints)[:, :3, 3]
+    assert np.ptp(heads, axis=0).max() < 1e-6

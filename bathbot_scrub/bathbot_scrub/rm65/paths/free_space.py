@@ -72,7 +72,8 @@ class FreeSpace:
         """
         across = T_near[:3, :3].T @ (T_far[:3, 3] - T_near[:3, 3])
         straight = np.linalg.norm(across[:2]) < _BEHIND and T_near[:3, 2] @ T_far[:3, 2] > _FACING
-        return (-float(across[2]), *_BACKS) if straight and 0.0 < -across[2] < _BACKS[0] else _BACKS
+        behind = -float(across[2])
+        return (max(behind, 0.0), *_BACKS) if straight and -_BEHIND < behind < _BACKS[0] else _BACKS
 
     def _foldings(self, near: Array, far: Array, side: Array) -> Iterator[list[Array]]:
         """Joints to pass between two postures: none where the head makes no detour, else the arm folded.
