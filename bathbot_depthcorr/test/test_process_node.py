@@ -1,9 +1,11 @@
 """A process that is one node ends in order, and then at once."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -58,6 +60,22 @@ def test_a_node_that_is_asked_to_end_leaves_in_order_and_no_destructor_runs_behi
     told, _ = process.communicate(timeout=30.0)
     assert told == "left in order\n"
     assert process.returncode == 0
+
+
+def shared_memory(process):
+    """Files of shared memory that a process holds."""
+    maps = Path(f"/proc/{process.pid}/maps").read_text()
+    return {Path(name) for name in re.findall(r"/dev/shm/fastrtps_[0-9a-f]+", maps)}
+
+
+def test_a_node_that_has_ended_leaves_nothing_in_shared_memory():
+    process = guest()
+    assert process.stdout.readline() == "begun\n"
+    held = shared_memory(process)
+    assert held and all(path.exists() for path in held)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=30.0)
+    assert not [path for path in held if path.exists()]
 
 
 def test_a_node_that_cannot_start_says_why_and_ends_with_2():

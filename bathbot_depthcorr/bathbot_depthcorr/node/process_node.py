@@ -65,3 +65,6 @@ def _served(node_type: type[StageNode], stopping: threading.Event) -> bool:
         if node is not None:
             node.end()
         rclpy.try_shutdown()
+        node = executor = None
+        gc.unfreeze()
+        gc.collect()  # the last handle lets go of the DDS participant, and that of its shared memory
