@@ -23,6 +23,7 @@ from bathbot_depthcorr.node.stage_node import StageNode
 @dataclass(frozen=True)
 class Settings:
     loud: bool = setting(True, "Whether it speaks")
+    crashes: bool = setting(False, "Whether it crashes as soon as it runs")
 
 class Guest(StageNode):
     def __init__(self):
@@ -30,6 +31,8 @@ class Guest(StageNode):
 
     def start(self):
         print("begun", flush=True)
+        if self.get_parameter("crashes").value:
+            self.every(0.1, ctypes.PyDLL(None).abort)  # no other thread runs any more
 
     def stop(self):
         print("left in order")
@@ -72,7 +75,8 @@ def test_a_node_that_has_ended_leaves_nothing_in_shared_memory():
     process = guest()
     assert process.stdout.readline() == "begun\n"
     held = shared_memory(process)
-    assert held and all(path.exists() for path in held)
+    assert held
+    assert all(path.exists() for path in held)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=30.0)
     assert not [path for path in held if path.exists()]
@@ -83,3 +87,10 @@ def test_a_node_that_cannot_start_says_why_and_ends_with_2():
     _, complaint = process.communicate(timeout=30.0)
     assert "loud" in complaint
     assert process.returncode == 2
+
+
+def test_a_node_that_crashes_says_where():
+    process = guest("--ros-args", "-p", "crashes:=true")
+    _, complaint = process.communicate(timeout=30.0)
+    assert "Fatal Python error: Aborted" in complaint
+    assert process.returncode == -signal.SIGABRT

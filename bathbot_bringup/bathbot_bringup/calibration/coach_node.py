@@ -3,7 +3,6 @@
 Pictures stay in the memory of this process; of each pose it keeps the corners and the mean depth.
 """
 
-
 from bathbot_depthcorr.calibration.guards import BOARD_DEMANDS
 from bathbot_depthcorr.views.bag_views import Recording
 from bathbot_depthcorr.views.chessboard import Chessboard

@@ -81,16 +81,20 @@ class Output:
     """
 
     def __init__(self) -> None:
-        """Begin; a crash is still told where it would have been."""
+        """Begin."""
         if os.isatty(_ERR):
             os.environ.setdefault("RCUTILS_COLORIZED_OUTPUT", "1")  # ROS sees no terminal any more
         sys.stdout.flush()
         sys.stderr.flush()
         together = os.path.sameopenfile(_OUT, _ERR)  # then lines stay in order
         self._channels = [_Channel(part) for part in ([(_ERR, _OUT)] if together else [(_ERR,), (_OUT,)])]
-        faulthandler.enable(self._channels[0].real)
+        self.tell_crashes()
         self._before = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = _text(_OUT), _text(_ERR)
+
+    def tell_crashes(self) -> None:
+        """Have a crash told where it would have been: the thread that carries does not outlive it."""
+        faulthandler.enable(self._channels[0].real)
 
     def close(self, patience: float) -> None:
         """Carry what waits, for at most `patience` [s]; what is written afterwards is lost."""

@@ -62,4 +62,3 @@ class JointLimits:
         if not (share <= _SPEED_SLACK).all():
             worst = int(np.argmax(np.where(np.isfinite(share), share, np.inf)))
             raise JointLimitError("speed [rad/s]", worst + 1, float(speed[worst]), float(self.speed[worst]))
-

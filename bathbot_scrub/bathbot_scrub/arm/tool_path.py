@@ -58,9 +58,7 @@ def densify(poses: ArrayLike, step: float = SAMPLE_STEP) -> tuple[Array, Array]:
     return at, dense
 
 
-def solve_path(
-    arm: Arm, poses: ArrayLike, seed: ArrayLike, limits: JointLimits | None = None
-) -> Array:
+def solve_path(arm: Arm, poses: ArrayLike, seed: ArrayLike, limits: JointLimits | None = None) -> Array:
     """Joint angles along a path of head poses, on one branch, without jumps.
 
     Args:
@@ -80,9 +78,7 @@ def solve_path(
     limits = limits or arm.limits
     solutions = arm.solve_head(poses, limits)
     if np.isnan(solutions[0]).any(-1).all():
-        raise UnreachableError(
-            f"pose 0 of the path is out of reach: {arm.why_unreachable(poses[0], limits)}"
-        )
+        raise UnreachableError(f"pose 0 of the path is out of reach: {arm.why_unreachable(poses[0], limits)}")
     start = nearest(solutions[0], seed, limits)
     branch = int(np.nanargmin(np.abs(wrap(solutions[0] - start)).max(-1)))
     chosen = solutions[:, branch]

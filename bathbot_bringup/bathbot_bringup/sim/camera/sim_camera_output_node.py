@@ -68,6 +68,4 @@ class SimCameraOutput:
 
 def _transform(parent: str, child: str, transform: np.ndarray, now: float) -> TransformStamped:
     header = Header(stamp=stamp_from_seconds(now), frame_id=parent)
-    return TransformStamped(
-        header=header, child_frame_id=child, transform=message_from_transform(transform)
-    )
+    return TransformStamped(header=header, child_frame_id=child, transform=message_from_transform(transform))

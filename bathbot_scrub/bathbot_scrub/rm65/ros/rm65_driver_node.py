@@ -9,6 +9,7 @@ from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, LATCHED, OK, WARN, StageNode
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.action.server import ServerGoalHandle
+from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -110,7 +111,11 @@ def main() -> None:
     sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
     prefer_process()
     keep_clear_of_shared_memory()
-    run(Rm65Driver, "--disable-external-lib-logs")  # a disk that hangs would hold the interpreter's lock
+    run(
+        Rm65Driver,
+        "--disable-external-lib-logs",  # a disk that hangs would hold the interpreter's lock
+        executor=SingleThreadedExecutor,  # another knows neither coroutines nor who takes its own messages
+    )
 
 
 if __name__ == "__main__":
