@@ -53,9 +53,21 @@ def test_colour_noise_is_as_strong_as_said():
     assert (ColourNoise((4, 4), 0.0, seed=0).add(clean, np.random.default_rng(0)) == clean).all()
 
 
-def test_the_arm_is_drawn_where_it_was_heard_of_lately():
+def test_a_picture_shows_arm_and_person_of_one_moment():
     camera = D455Camera(SimCameraSettings(width=424, height=240))
-    assert camera.arm(0.0) is None
+    assert camera.next_moment(1.0) == (1.0, None)
     camera.hear_arm(np.arange(6.0), 10.0)
-    assert (camera.arm(11.9) == np.arange(6.0)).all()
-    assert camera.arm(12.1) is None
+    moment, joints = camera.next_moment(10.15)
+    assert moment == 10.0
+    assert (joints == np.arange(6.0)).all()
+
+
+def test_joint_angles_that_are_old_no_longer_tell_the_moment_and_soon_not_the_arm():
+    camera = D455Camera(SimCameraSettings(width=424, height=240))
+    camera.hear_arm(np.arange(6.0), 10.0)
+    assert camera.next_moment(10.1)[0] == 10.0
+    assert camera.next_moment(10.15)[0] == 10.15  # no moment twice
+    moment, joints = camera.next_moment(11.9)
+    assert moment == 11.9
+    assert (joints == np.arange(6.0)).all()
+    assert camera.next_moment(12.1) == (12.1, None)

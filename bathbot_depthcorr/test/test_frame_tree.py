@@ -27,12 +27,20 @@ def test_look_ups_chain_and_invert_in_any_tree(parents, seed):
     np.testing.assert_allclose(inverse(tree.lookup(a, b)), tree.lookup(b, a), atol=1e-9)
 
 
-def test_the_transform_nearest_in_time_is_taken():
+def test_a_frame_moves_evenly_between_what_is_told_of_it():
     tree = FrameTree()
     for stamp in (0.0, 0.1, 0.2):
-        tree.add("base_link", "Link1", transform_from(translation=(stamp, 0.0, 0.0)), stamp)
-    assert tree.lookup("base_link", "Link1", 0.12)[0, 3] == pytest.approx(0.1)
+        turn = Rotation.from_rotvec([0.0, 0.0, 4.0 * stamp]).as_matrix()
+        tree.add("base_link", "Link1", transform_from(turn, (stamp, 0.0, 0.0)), stamp)
+    for stamp in (0.1, 0.12, 0.2):
+        T = tree.lookup("base_link", "Link1", stamp)
+        assert T[0, 3] == pytest.approx(stamp)
+        np.testing.assert_allclose(
+            Rotation.from_matrix(T[:3, :3]).as_rotvec(), [0.0, 0.0, 4.0 * stamp], atol=1e-9
+        )
     assert tree.lookup("base_link", "Link1")[0, 3] == pytest.approx(0.2)
+    assert tree.lookup("base_link", "Link1", 0.25)[0, 3] == pytest.approx(0.2)
+    assert tree.lookup("base_link", "Link1", -0.05)[0, 3] == pytest.approx(0.0)
     with pytest.raises(UnknownFrameError, match=r"0\.80 s away"):
         tree.lookup("base_link", "Link1", 1.0)
 

@@ -69,6 +69,48 @@ def test_the_arm_is_not_in_it():
     assert not near_arm(points, SHAPE.capsules, BEFORE, 0.03).any()
 
 
+@pytest.mark.parametrize("skew", [-0.05, -0.025, 0.025, 0.05])
+def test_a_moving_arm_leaves_no_place_behind_though_the_clocks_disagree(skew):
+    """The joints at 1.5 rad/s: the head at over 1 m/s, four times as fast as near people."""
+
+    def links_at(time):
+        return links_of(np.radians([45.0, -20.0, -80.0, 0.0, 0.0, 0.0]) + time * 1.5)
+
+    frame = look(links_at(skew), BALL)._replace(T_base_link=links_at(0.0))
+    known = BodyCloud(VOXEL, 60.0, 0.02).update(frame, 1.0, [links_at(-0.05), links_at(0.05)])
+    assert len(known.points) > 20
+    assert on_ball(known.points).all()
+
+
+def speck(frame, pixels=4):
+    """The frame with a few pixels that show something in the air, as stereo does at an edge."""
+    place = transform_points(inverse(T_BASE_DEPTH), CENTRE + (-0.1, -0.2, 0.1))
+    (u, v), depth = np.round(DEPTH.project(place)).astype(int), frame.depth.copy()
+    depth[v : v + pixels, u : u + pixels] = place[2]
+    return frame._replace(depth=depth)
+
+
+def in_the_air(points):
+    return (~on_ball(points)).sum()
+
+
+def test_a_place_that_stands_alone_is_believed_when_two_pictures_in_a_row_show_it():
+    cloud, clear = BodyCloud(VOXEL, 60.0, 0.02), look(FOLDED, BALL)
+    cloud.update(clear, 0.0)
+    assert in_the_air(cloud.update(speck(clear), 1.0).points) == 0
+    assert in_the_air(cloud.update(clear, 2.0).points) == 0
+    assert in_the_air(cloud.update(speck(clear), 3.0).points) == 0
+    for stamp in (4.0, 5.0, 6.0):
+        assert 1 <= in_the_air(cloud.update(speck(clear), stamp).points) <= 2
+
+
+def test_what_is_larger_than_a_place_is_believed_at_once():
+    clear = look(FOLDED, BALL)
+    cloud = BodyCloud(VOXEL, 60.0, 0.02)
+    cloud.update(clear, 0.0)
+    assert in_the_air(cloud.update(speck(clear, 20), 1.0).points) > 3
+
+
 def test_what_the_arm_hides_is_remembered():
     cloud = BodyCloud(VOXEL, 10.0, 0.02)
     all_of_it = len(cloud.update(look(FOLDED, BALL), 0.0).points)

@@ -1,13 +1,16 @@
 """Transforms between named frames, with a short memory of those that move."""
 
 from collections import deque
+from collections.abc import Iterable
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from bathbot_depthcorr.errors import DepthcorrError
-from bathbot_depthcorr.geometry.rigid import inverse
+from bathbot_depthcorr.geometry.rigid import inverse, transform_from
 
 Array = NDArray[np.float64]
 
@@ -44,7 +47,8 @@ class FrameTree:
     def lookup(self, target: str, source: str, stamp: float | None = None, tolerance: float = 0.1) -> Array:
         """T_target_source, shape (4, 4), at a time [s], or the newest.
 
-        Of each moving frame the transform nearest in time is taken, without interpolation.
+        A moving frame is taken to move evenly from one transform told to the next; before the first and
+        after the last it is where that says.
 
         Raises:
             UnknownFrameError: When no chain joins the frames, or one on the way has no transform
@@ -77,10 +81,29 @@ class FrameTree:
         edges = self._edges[child]
         if stamp is None or np.isnan(edges[-1].stamp):
             return edges[-1].transform
-        nearest = min(edges, key=lambda edge: abs(edge.stamp - stamp))
-        if abs(nearest.stamp - stamp) > tolerance:
+        before, after = _around(edges, stamp)
+        away = min(abs(before.stamp - stamp), abs(after.stamp - stamp))
+        if away > tolerance:
             raise UnknownFrameError(
-                f"the transform of {child} nearest to the picture is {abs(nearest.stamp - stamp):.2f} s "
+                f"the transform of {child} nearest to the picture is {away:.2f} s "
                 f"away, allowed is {tolerance} s; does its publisher run, and on the same clock?"
             )
-        return nearest.transform
+        return _between(before, after, stamp)
+
+
+def _around(edges: Iterable[Edge], stamp: float) -> tuple[Edge, Edge]:
+    """The last edge before and the first after a time [s]; one that is missing is as the other."""
+    before = max((edge for edge in edges if edge.stamp <= stamp), key=attrgetter("stamp"), default=None)
+    after = min((edge for edge in edges if edge.stamp >= stamp), key=attrgetter("stamp"), default=None)
+    return before or after, after or before
+
+
+def _between(before: Edge, after: Edge, stamp: float) -> Array:
+    """The transform at a time [s] between two edges, shape (4, 4)."""
+    if after.stamp <= before.stamp:
+        return after.transform
+    share = (stamp - before.stamp) / (after.stamp - before.stamp)
+    start, end = before.transform, after.transform
+    turn = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
+    turned = Rotation.from_rotvec(share * turn).as_matrix() @ start[:3, :3]
+    return transform_from(turned, start[:3, 3] + share * (end[:3, 3] - start[:3, 3]))

@@ -2,9 +2,12 @@
 
 Coarse on purpose: it has to say where a body is, not what it looks like. What the arm covers just now is
 remembered, for the arm hides just what is nearest to it. Where a picture has no depth it says nothing: what
-stood there stays, and a picture that says nothing of too many places vouches for none.
+stood there stays, and a picture that says nothing of too many places vouches for none. Stereo sees single
+places in the air, between the edge of a thing and what is behind it: a place that stands alone is believed
+when two pictures in a row show it.
 """
 
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +26,7 @@ _LENS = 0.25  # [m] nearer than which nothing is measured: it is on the lens, or
 _ONE_BODY = 0.4  # [m] before a place: what hides it from nearer to the lens is no hand of the same person
 _WIDER = 0.02  # [m] that the arm is masked wider than for skin: what is left over here would stop it
 _BESIDE = 2.0  # voxels from something seen, within which lost depth is a matter of its edge
+_COMPANY = 2  # other places within `_BESIDE` without which a place stands alone
 _UNSEEN = 0.1  # share of places of which a picture may say nothing and still vouch for the rest
 
 
@@ -56,14 +60,20 @@ class BodyCloud:
         """
         self._voxel, self._memory, self._margin = voxel, memory, arm_margin + _WIDER
         self._points, self._stamps = np.empty((0, 3)), np.empty(0)
+        self._doubtful = np.empty((0, 3))  # seen alone in the newest picture
         self._vouched = -np.inf
 
-    def update(self, frame: Frame, stamp: float) -> Known:
-        """Take in a picture of a time [s]; give all points known now.
+    def update(self, frame: Frame, stamp: float, beside: Iterable[Mapping[str, Array]] = ()) -> Known:
+        """Take in a picture; give all points known now.
 
         Time frees no place: it stays until it is looked through. One that the arm hides for longer than the
         memory counts as unseen. One without depth does so at once, and is forgotten after the memory only
         where nearly all others are seen.
+
+        Args:
+            frame: The picture.
+            stamp: Its time [s].
+            beside: Where else the links may have been then, for no two clocks agree: poses as in the frame.
         """
         camera, T_base_depth = frame.depth_camera, frame.T_base_colour @ frame.T_colour_depth
         stride = max(int(self._voxel / _SAMPLES * camera.fx), 1)
@@ -71,12 +81,18 @@ class BodyCloud:
         depth = np.where(depth > _LENS, depth, np.nan)
         rows, columns = np.indices(depth.shape) * stride
         points = transform_points(T_base_depth, camera.deproject(np.stack([columns, rows], axis=-1), depth))
-        arm = near_arm(points, frame.shape.capsules, frame.T_base_link, self._margin)
+        arm = np.any(
+            [
+                near_arm(points, frame.shape.capsules, links, self._margin)
+                for links in (frame.T_base_link, *beside)
+            ],
+            axis=0,
+        )
         workspace = frame.shape.workspace
         near = (
             np.linalg.norm(points - workspace.shoulder, axis=-1) <= workspace.within
         )  # not where there is no depth
-        fresh = self._centres(points[near & ~arm])
+        fresh = self._believed(self._centres(points[near & ~arm]))
         known = transform_points(inverse(T_base_depth), self._points)
         said = _said(camera.project(known) / stride, known[:, 2], depth, arm, 0.5 * self._voxel)
         remembered = stamp - self._stamps <= self._memory
@@ -92,6 +108,15 @@ class BodyCloud:
         self._stamps = np.concatenate([np.full(len(fresh), stamp), self._stamps[kept]])
         return Known(self._points, self._vouched, share)
 
+    def _believed(self, seen: Array) -> Array:
+        """Those of the places seen in a picture, shape (N, 3), that are no lonely news."""
+        known = np.isin(self._cells(seen), self._cells(self._points))
+        others = self._points[~np.isin(self._cells(self._points), self._cells(seen))]
+        alone = _distances(seen, np.concatenate([seen, others]), _COMPANY + 1) > _BESIDE * self._voxel
+        doubtful = alone & ~known & (_distances(seen, self._doubtful) > self._voxel)
+        self._doubtful = seen[alone & ~known]
+        return seen[~doubtful]
+
     def _cells(self, points: Array) -> NDArray[np.int64]:
         """One number for the voxel of each point, shape (N, 3) -> (N,)."""
         x, y, z = np.floor(points / self._voxel).astype(np.int64).T + 2**20
@@ -104,9 +129,16 @@ class BodyCloud:
         return (np.stack(sums, axis=-1) / counts[:, None])[counts >= _LEAST]
 
 
-def _distances(points: Array, others: Array) -> Array:
-    """From each point, shape (M, 3), to the nearest of the others, shape (N, 3) -> (M,); inf without any."""
-    return KDTree(others).query(points)[0] if len(points) and len(others) else np.full(len(points), np.inf)
+def _distances(points: Array, others: Array, which: int = 1) -> Array:
+    """From each point, shape (M, 3), to the nearest of the others, shape (N, 3) -> (M,); inf without any.
+
+    With `which` 2 to the second nearest, and so on.
+    """
+    return (
+        KDTree(others).query(points, [which])[0][:, 0]
+        if len(points) and len(others)
+        else np.full(len(points), np.inf)
+    )
 
 
 def _said(

@@ -21,6 +21,7 @@ from bathbot_localize.target.smoothing import TargetSmoother
 from bathbot_localize.target_localizer_settings import TargetLocalizerSettings
 
 Array = NDArray[np.float64]
+_SKEW = 0.05  # [s] that a picture's stamp and those of the joint angles may be apart
 
 
 class UnknownRegionError(LocalizeError):
@@ -188,7 +189,8 @@ class LocalizerSession:
         Raises:
             LocalizeError: When the arm's pose at that time is not known.
         """
-        known = self._body.update(self._frame(depth, stamp), stamp)
+        beside = [self._links(stamp + skew) for skew in (-_SKEW, _SKEW)]
+        known = self._body.update(self._frame(depth, stamp), stamp, beside)
         self._body_problem = ""
         if known.stamp < stamp:
             when = "ever" if np.isinf(known.stamp) else f"for {stamp - known.stamp:.1f} s"

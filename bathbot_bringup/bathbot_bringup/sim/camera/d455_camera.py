@@ -16,6 +16,8 @@ from bathbot_bringup.sim.scene import T_LINK_OPTICAL, BathroomScene
 
 ARM_SILENCE = 2.0
 """Time after which the last joint angles heard are no longer drawn [s]."""
+AT_ONCE = 0.2
+"""Age of the last joint angles heard up to which a picture shows their moment [s]."""
 NOISE_PICTURES = 4  # drawn once, then shifted about: drawing noise anew costs more than drawing the person
 
 
@@ -71,15 +73,21 @@ class D455Camera:
         )
         self._rng = np.random.default_rng([settings.seed, settings.sensor_seed, 62])
         self._arm: tuple[NDArray[np.float64] | None, float] = (None, -np.inf)
+        self._shown = -np.inf
 
-    def hear_arm(self, joints: NDArray[np.float64], now: float) -> None:
-        """Take note of the arm's joint angles [rad], shape (6,), heard at `now` [s]."""
-        self._arm = (joints, now)
+    def hear_arm(self, joints: NDArray[np.float64], stamp: float) -> None:
+        """Take note of where the arm was at `stamp` [s]: joint angles [rad], shape (6,)."""
+        self._arm = (joints, stamp)
 
-    def arm(self, now: float) -> NDArray[np.float64] | None:
-        """Joint angles at which the arm is to be drawn at `now` [s]; None when none were heard lately."""
-        joints, heard = self._arm
-        return joints if now - heard < ARM_SILENCE else None
+    def next_moment(self, now: float) -> tuple[float, NDArray[np.float64] | None]:
+        """What the picture taken at `now` [s] shows: a moment [s], and the arm's joint angles there.
+
+        A shutter shows all at one moment. Joint angles reach a busy simulator late, so the moment is theirs
+        where they are new; without any for long the arm is gone (None). Moments never come twice.
+        """
+        joints, stamp = self._arm
+        self._shown = stamp if self._shown < stamp <= now and now - stamp < AT_ONCE else now
+        return self._shown, joints if now - stamp < ARM_SILENCE else None
 
     def shoot(self, t: float, joints: NDArray[np.float64] | None = None) -> Shot:
         """Take a pair of pictures.

@@ -1,10 +1,10 @@
 """The simulated D455 on the topics of realsense2_camera: colour, depth, infos, extrinsics, frames."""
 
-import time
 from typing import Any
 
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import ERROR, OK, StageNode
+from bathbot_depthcorr.ros.messages import stamp_seconds
 from bathbot_scrub.errors import NotReadyError
 from bathbot_scrub.installed_arm import installed_arm
 from bathbot_scrub.messages import joints_from_state
@@ -40,15 +40,16 @@ class SimCamera(StageNode):
 
     def _hear_joints(self, message: JointState) -> None:
         try:
-            self._camera.hear_arm(joints_from_state(message, self._joint_names), time.monotonic())
+            self._camera.hear_arm(
+                joints_from_state(message, self._joint_names), stamp_seconds(message.header.stamp)
+            )
         except NotReadyError:
             return  # of another arm
 
     def _shoot(self, _: None) -> None:
         """Take one pair of pictures and send it; the stamp is the moment it shows."""
-        now = self.now()
-        shot = self._camera.shoot(now - self._epoch, self._camera.arm(time.monotonic()))
-        self._output.publish(shot, now)
+        moment, joints = self._camera.next_moment(self.now())
+        self._output.publish(self._camera.shoot(moment - self._epoch, joints), moment)
         self._taken += 1
 
     def _fail(self, error: Exception) -> None:
