@@ -6,9 +6,11 @@ in d6, the distance from the wrist centre to the flange: 6F carries the force se
 """
 
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.arm.errors import ArmSettingsError
@@ -23,7 +25,8 @@ LINK_NAMES = ("base_link", "Link1", "Link2", "Link3", "Link4", "Link5", "Link6")
 JOINT_NAMES = ("joint1", "joint2", "joint3", "joint4", "joint5", "joint6")
 
 _QUARTER = np.pi / 2
-_ALPHA = (0.0, _QUARTER, 0.0, _QUARTER, -_QUARTER, _QUARTER)
+_COS_ALPHA = (1.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # alpha is 0, 90, 0, 90, -90, 90 deg
+_SIN_ALPHA = (0.0, 1.0, 0.0, 1.0, -1.0, 1.0)
 _A = (0.0, 0.0, UPPER_ARM, 0.0, 0.0, 0.0)
 _THETA = (0.0, _QUARTER, _QUARTER, 0.0, 0.0, 0.0)
 
@@ -50,15 +53,8 @@ class Kinematics:
     def link_frames(self, joints: ArrayLike) -> Array:
         """Transforms T_base_link of base_link and Link1..Link6, shape (..., 7, 4, 4), of joints (..., 6)."""
         joints = np.asarray(joints, dtype=float)
-        frames = np.empty((*joints.shape[:-1], 7, 4, 4))
-        frames[..., 0, :, :] = np.eye(4)
-        distances = (BASE_HEIGHT, 0.0, 0.0, FOREARM, 0.0, self.flange_offset)
-        for index in range(6):
-            step = _link_transform(
-                _ALPHA[index], _A[index], distances[index], joints[..., index] + _THETA[index]
-            )
-            frames[..., index + 1, :, :] = frames[..., index, :, :] @ step
-        return frames
+        rows = np.ascontiguousarray(joints.reshape(-1, 6))
+        return _chain(rows, self.flange_offset).reshape(*joints.shape[:-1], 7, 4, 4)
 
     def flange(self, joints: ArrayLike) -> Array:
         """Transforms T_base_flange, shape (..., 4, 4), of joint angles [rad], shape (..., 6)."""
@@ -77,15 +73,28 @@ class Kinematics:
         return np.concatenate([np.cross(axes, arms), axes], axis=-1).swapaxes(-1, -2)
 
 
-def _link_transform(alpha: float, a: float, d: float, theta: Array) -> Array:
-    """One row of the table, shape (..., 4, 4), for the joint angles plus offset `theta` [rad]."""
-    cos_alpha, sin_alpha = round(np.cos(alpha)), round(np.sin(alpha))  # multiples of 90 deg: exact
-    cos, sin = np.cos(theta), np.sin(theta)
-    step = np.zeros((*np.shape(theta), 4, 4))
-    step[..., 0, 0], step[..., 0, 1], step[..., 0, 3] = cos, -sin, a
-    step[..., 1, 0], step[..., 1, 1] = sin * cos_alpha, cos * cos_alpha
-    step[..., 1, 2], step[..., 1, 3] = -sin_alpha, -d * sin_alpha
-    step[..., 2, 0], step[..., 2, 1] = sin * sin_alpha, cos * sin_alpha
-    step[..., 2, 2], step[..., 2, 3] = cos_alpha, d * cos_alpha
-    step[..., 3, 3] = 1.0
-    return step
+@njit("float64[:, :, :, ::1](float64[:, ::1], float64)", cache=True, nogil=True)
+def _chain(joints, flange_offset):
+    """Frames of the links, shape (N, 7, 4, 4), for joint angles [rad], shape (N, 6).
+
+    Compiled when this file is first imported on a machine, and kept: a control loop must not wait for it.
+    """
+    distances = (BASE_HEIGHT, 0.0, 0.0, FOREARM, 0.0, flange_offset)
+    frames = np.zeros((len(joints), 7, 4, 4))
+    for row in range(len(joints)):
+        for index in range(4):
+            frames[row, 0, index, index] = 1.0
+        for link in range(6):
+            before, after = frames[row, link], frames[row, link + 1]
+            theta = joints[row, link] + _THETA[link]
+            c, s, ca, sa = cos(theta), sin(theta), _COS_ALPHA[link], _SIN_ALPHA[link]
+            a, d = _A[link], distances[link]
+            for axis in range(3):
+                x, y, z = before[axis, 0], before[axis, 1], before[axis, 2]
+                across, along = ca * y + sa * z, ca * z - sa * y
+                after[axis, 0] = c * x + s * across
+                after[axis, 1] = c * across - s * x
+                after[axis, 2] = along
+                after[axis, 3] = before[axis, 3] + a * x + d * along
+            after[3, 3] = 1.0
+    return frames
