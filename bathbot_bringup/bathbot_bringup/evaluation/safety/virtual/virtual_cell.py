@@ -122,7 +122,7 @@ class VirtualCell:
             self.settings, self.limits, _kinematics(), self.link, self.log.append, self.clock
         )
         self._beat = Beat(1.0 / self.settings.rate, self.clock)
-        self._beats = 0
+        self._beats, self._held_up_until = 0, 0.0
         self._path_id = 0
         begin = self.clock()
         self.clock.at(begin + STEP * float(self.rng.uniform()), self._step)
@@ -151,6 +151,10 @@ class VirtualCell:
     def order(self, fault: Fault) -> None:
         """Let something fail."""
         self.controller.faults.order(fault, self.clock())
+
+    def hold_up(self, seconds: float) -> None:
+        """Let the driver's control loop stand still for `seconds` [s], as that of a stopped process does."""
+        self._held_up_until = self.clock() + seconds
 
     def look(self, every: float, late: float) -> None:
         """Show the driver where the body is, `every` so many seconds, `late` by so many."""
@@ -243,10 +247,12 @@ class VirtualCell:
 
     def _serve(self) -> None:
         """Work as the control loop's thread does: now, and again when its beat is due."""
-        self.driver.loop.thread.once(self._beat)
+        held_up = self._held_up_until - self.clock()
+        if held_up <= 0.0:
+            self.driver.loop.thread.once(self._beat)
         self._beats += 1
         mine = self._beats
-        due = self.clock() + max(self._beat.left(), _SOONEST)
+        due = self.clock() + max(self._beat.left(), held_up, _SOONEST)
         self.clock.at(due, lambda: self._serve() if self._beats == mine else None)
 
     def _step(self) -> None:
