@@ -9,27 +9,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
+from bathbot_bringup.evaluation.safety.virtual.virtual_cell import AXIS, TARGET, ready_deg
 from bathbot_bringup.sim.arm.emulator.emulator import Emulator
 from bathbot_bringup.sim.arm.emulator.settings import EmulatorSettings
 from bathbot_bringup.sim.arm.emulator.surface import PlaneSurface
-from bathbot_scrub.arm.branches import nearest
-from bathbot_scrub.arm.tool_path import retreated
-from bathbot_scrub.rm65.arm.limits import RM65_LIMITS
-from bathbot_scrub.rm65.arm.rm65 import RM65
 from bathbot_scrub.rm65.driver import rm65_driver
 from bathbot_scrub.rm65.motion.approach import Request
 from bathbot_scrub.rm65.settings import DriverSettings
 from bathbot_scrub.segment.segment import Segment
 
-AXIS = np.array([1.0, -0.5, -0.1]) / np.linalg.norm([1.0, -0.5, -0.1])
-SIDE = np.cross([0.0, 0.0, 1.0], AXIS) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], AXIS))
-TARGET = np.eye(4)
-TARGET[:3, :3] = np.stack([np.cross(SIDE, AXIS), SIDE, AXIS], axis=-1)
-TARGET[:3, 3] = 0.54, -0.05, 0.2
 REGION = "Trunk_skin"
-# the arm is at home a little behind the stand-off, to save time
-SOLUTIONS = RM65("6F").solve_head(retreated(TARGET, 0.10))
-READY_DEG = tuple(np.degrees(nearest(SOLUTIONS, np.radians([0, -40, -100, 0, 60, 0]), RM65_LIMITS)).tolist())
+READY_DEG = ready_deg(0.10)  # at home a little behind the stand-off, to save time
 
 
 @dataclass
@@ -107,6 +97,6 @@ def segments(count=3, speed=0.10, depth=0.005):
     for index in range(count):
         poses = np.tile(TARGET, (11, 1, 1))
         along = 0.02 * index - 0.01 + np.linspace(0.0, 0.02, 11)
-        poses[:, :3, 3] += along[:, None] * SIDE + depth * AXIS
+        poses[:, :3, 3] += along[:, None] * TARGET[:3, 1] + depth * AXIS
         result.append(Segment(7, index, index == count - 1, REGION, poses, speed))
     return result
