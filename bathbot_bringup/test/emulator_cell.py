@@ -66,8 +66,8 @@ class Cell:
     def state(self):
         return self.driver.snapshot().state
 
-    def approach(self, **changes):
-        return self.driver.approach(Request(**{"T_base_target": TARGET, "region": REGION} | changes))
+    def approach(self):
+        return self.driver.approach(Request(TARGET, REGION))
 
     def gap(self):
         """Distance of the true head from the wall [m]; negative when pressed."""

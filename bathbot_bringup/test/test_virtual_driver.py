@@ -15,6 +15,7 @@ from bathbot_scrub.arm.errors import (
 from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.motion.approach import Request
 from bathbot_scrub.rm65.motion.commanded_motion import MotionKind
+from bathbot_scrub.segment.segment import is_refusal
 from emulator_cell import REGION, segments
 from near_the_skin import AT_ONCE, at_last, cell_near, off_the_normal, settle, touch
 from numpy.testing import assert_allclose
@@ -51,6 +52,7 @@ def test_a_starved_path_waits_in_contact_and_goes_on(touching):
     assert touching.gap() == pytest.approx(-0.005, abs=2e-4)
     with pytest.raises(NotReadyError, match="in order"):
         driver.follow(third)
+    assert is_refusal(driver.snapshot().reason, first.path_id)
     assert "segment 2 was refused" in driver.snapshot().reason
     driver.follow(second)
     driver.follow(third)
@@ -180,8 +182,12 @@ def test_segments_far_away_or_beyond_reach_are_refused(touching):
     first = segments()[0]
     away = first.T_base_heads.copy()
     away[:, 2, 3] += 0.5
-    for poses in (away, first.T_base_heads * np.nan, np.zeros((0, 4, 4))):
-        with pytest.raises((UnreachableError, InvalidPoseError, NotReadyError)):
+    for poses, error, words in (
+        (away, UnreachableError, "more than 0.35 m"),
+        (first.T_base_heads * np.nan, InvalidPoseError, "not finite"),
+        (np.zeros((0, 4, 4)), InvalidPoseError, "no poses"),
+    ):
+        with pytest.raises(error, match=words):
             touching.driver.follow(first._replace(T_base_heads=poses))
     assert touching.state() is State.CONTACT
     assert not touching.driver.loop.moving

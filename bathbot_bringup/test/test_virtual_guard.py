@@ -63,20 +63,24 @@ def test_a_short_silence_makes_the_arm_wait_and_go_on_by_itself(cell):
 
 
 @pytest.mark.parametrize(
-    ("kind", "told"),
-    [("dead_force", "six-axis"), ("joint_error", "joint")],
+    ("kind", "told", "named"),
+    [
+        ("dead_force", "six-axis", "force_sensor_error"),
+        ("joint_error", "joint disabled", "joint_error"),
+    ],
 )
-def test_what_does_not_pass_by_itself_is_a_fault_that_names_its_cause(cell, kind, told):
+def test_what_does_not_pass_by_itself_is_a_fault_that_names_its_cause(cell, kind, told, named):
     scrubbing(cell)
     cell.order(Fault(kind))
     at_last(cell, lambda: cell.state() is State.FAULT, 0.5)
     assert told in cell.driver.snapshot().reason
-    cell.wait(0.5)
+    assert named in [alarm.name for alarm in cell.driver.loop.alarms]
+    cell.wait(0.4)
     assert not cell.moving()
     with pytest.raises(NotReadyError, match="cannot resume"):
         cell.driver.resume()
     cell.order(Fault("none"))
-    cell.wait(0.5)
+    cell.wait(0.4)
     cell.driver.resume()
     assert cell.state() is State.HOLD
 
