@@ -2,6 +2,7 @@
 
 import numpy as np
 from bathbot_bringup.evaluation.safety.virtual.virtual_cell import AXIS, TARGET, VirtualCell, ready_deg
+from bathbot_bringup.sim.arm.controller.controller import STEP
 from emulator_cell import REGION
 
 # at home a little behind the stand-off, to save time; the search at its fastest
@@ -14,8 +15,11 @@ def cell_near(seed=1, **settings):
 
 
 def at_last(cell, condition, within):
-    """Let time pass until something holds; fail when it does not `within` so many seconds."""
-    assert cell.clock.until(condition, within), f"{cell.state().name}: {cell.driver.snapshot().reason}"
+    """Let time pass until something holds, looked at every 5 ms; fail when it does not in time [s]."""
+    end = cell.clock() + within
+    while not condition():
+        assert cell.clock() < end, f"{cell.state().name}: {cell.driver.snapshot().reason}"
+        cell.wait(STEP)
 
 
 def settle(cell):

@@ -89,7 +89,7 @@ def test_stop_stops_and_forgets_pause_stops_and_resumes(touching):
     ("nearer", "state"),
     [
         pytest.param(0.003, State.HOLD, id="over the limit for leaving"),
-        pytest.param(0.006, State.FAULT, id="bristles flat and more"),
+        pytest.param(0.007, State.FAULT, id="bristles flat and more"),
     ],
 )
 def test_a_body_that_moves_into_the_brush_is_left_along_the_normal(touching, nearer, state):

@@ -1,5 +1,7 @@
 """Force guard and watchdogs against the emulated controller with ordered faults, in virtual time."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from bathbot_bringup.evaluation.safety.virtual.virtual_cell import AXIS
@@ -26,6 +28,14 @@ def scrubbing(cell, speed=0.04, depth=0.004, count=3):
 def leave(cell):
     cell.driver.retract()
     at_last(cell, lambda: cell.state() is State.FREE, 1.5)
+
+
+def resumed(cell):
+    """Ask once more where the sample behind the first time was still on its way when errors were cleared."""
+    with contextlib.suppress(NotReadyError):
+        return cell.driver.resume()
+    cell.wait(0.02)
+    return cell.driver.resume()
 
 
 def test_a_body_pushed_into_the_scrubbing_brush_never_uses_up_the_bristles(cell):
@@ -81,7 +91,7 @@ def test_what_does_not_pass_by_itself_is_a_fault_that_names_its_cause(cell, kind
         cell.driver.resume()
     cell.order(Fault("none"))
     cell.wait(0.4)
-    cell.driver.resume()
+    resumed(cell)
     assert cell.state() is State.HOLD
 
 
@@ -136,7 +146,7 @@ def test_a_sensor_that_has_drifted_is_zeroed_when_someone_vouches_for_it(cell):
 def test_who_follows_the_arm_is_left_only_where_the_way_is_known_to_be_free(cell):
     """Pressed again while it still leaves, with somebody close behind: it stands."""
     touch(cell)
-    cell.order(Fault("biased_force", value=-12.0, duration=0.1))
+    cell.order(Fault("biased_force", value=-12.0, duration=0.05))
     at_last(cell, lambda: cell.state() is State.RETRACTING and cell.gap() > 0.02, 1.0)
     head = cell.driver.loop.where()
     everywhere = np.stack(np.meshgrid(*[np.linspace(-0.3, 0.3, 31)] * 3), -1).reshape(-1, 3)
