@@ -84,7 +84,7 @@ def test_a_moving_arm_leaves_no_place_behind_though_the_clocks_disagree(skew):
 
 def speck(frame, pixels=4):
     """The frame with a few pixels that show something in the air, as stereo does at an edge."""
-    place = transform_points(inverse(T_BASE_DEPTH), CENTRE + (-0.1, -0.2, 0.1))
+    place = transform_points(inverse(T_BASE_DEPTH), np.add(CENTRE, (-0.1, -0.2, 0.1)))
     (u, v), depth = np.round(DEPTH.project(place)).astype(int), frame.depth.copy()
     depth[v : v + pixels, u : u + pixels] = place[2]
     return frame._replace(depth=depth)

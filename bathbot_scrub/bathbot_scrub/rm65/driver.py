@@ -15,6 +15,7 @@ from bathbot_scrub.arm.errors import ArmError, NotReadyError
 from bathbot_scrub.arm.force_limits import ForceLimits, load_force_limits
 from bathbot_scrub.arm.states import State
 from bathbot_scrub.rm65.arm.rm65 import RM65
+from bathbot_scrub.rm65.controller.state_push import ArmSample
 from bathbot_scrub.rm65.guard.force_guard import ForceGuard
 from bathbot_scrub.rm65.motion.approach import Approach, Request, Touch
 from bathbot_scrub.rm65.motion.arm_link import ArmLink
@@ -170,11 +171,11 @@ class ArmDriver:
         Raises:
             ArmError: When none applies, or the cause is still there.
         """
-        loop, sample = self.loop, self.link.sample
-        if sample is not None and (sample.errors or any(sample.joint_errors)):
+        loop = self.loop
+        if _in_error(self.link.sample):
             self.link.clear_errors()
             deadline = self._clock() + _CLEARED
-            while self.link.sample is sample and self._clock() < deadline:
+            while _in_error(self.link.sample) and self._clock() < deadline:
                 self._clock.sleep(0.005)
         self.watch.check_paused()
         with loop.lock:
@@ -257,6 +258,11 @@ class ArmDriver:
                 told = str(error)
             if loop.guard.touching:
                 self._warn(f"the head may still be on the skin: {told or loop.guard.reason}")
+
+
+def _in_error(sample: ArmSample | None) -> bool:
+    """Whether the controller tells of an error."""
+    return sample is not None and bool(sample.errors or any(sample.joint_errors))
 
 
 def rm65_driver(settings: DriverSettings, warn: Callable[[str], None] = lambda _: None) -> ArmDriver:

@@ -158,8 +158,8 @@ WATCHDOGS = (
     Watchdog("frozen_force", "readings that came before", "frozen_samples", _FAULT, _frozen, False),
     Watchdog("saturated_force", "two readings at the rated load", "at once", _FAULT, _saturated),
     Watchdog("force_sensor_error", "error codes of the sensor", "at once", _FAULT, _force_error, False),
-    Watchdog("controller_error", "all other error codes", "at once", _FAULT, _controller_error, True, False),
     Watchdog("joint_error", "error bits of the joints", "at once", _FAULT, _joint_error, True, False),
+    Watchdog("controller_error", "all other error codes", "at once", _FAULT, _controller_error, True, False),
     Watchdog(
         "following_error",
         "joints off their commands",
