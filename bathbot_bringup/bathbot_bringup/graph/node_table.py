@@ -41,9 +41,9 @@ NODES = {
         NodeEntry("scrub_planner", "bathbot_scrub.scrub_planner_node", 5, "scrub path in segments"),
         NodeEntry("target_localizer", "bathbot_localize.target_localizer_node", 5, "pixel to pose"),
         NodeEntry("recorder", "bathbot_bringup.bag.recorder_node", 5, "writes a bag"),
-        NodeEntry("depth_corrector", "bathbot_depthcorr.live.depth_corrector_node", 10, "corrects depth"),
+        NodeEntry("depth_corrector", "bathbot_depthcorr.live.depth_corrector_node", 5, "corrects depth"),
         NodeEntry("skin_detector", "bathbot_perception.skin_detector_node", 10, "finds bare skin"),
-        NodeEntry("sim_camera", "bathbot_bringup.sim.camera.sim_camera_node", 10, "simulated D455"),
+        NodeEntry("sim_camera", "bathbot_bringup.sim.camera.sim_camera_node", 5, "simulated D455"),
         NodeEntry("replayer", "bathbot_bringup.bag.replayer_node", 5, "publishes a bag again"),
     )
 }
