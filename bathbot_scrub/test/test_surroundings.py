@@ -205,6 +205,34 @@ def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():
     assert_allclose(planner.to_home(way.joints[-1], way).joints[-1], HOME, atol=1e-9)
 
 
+def test_a_wrist_wound_to_its_stop_goes_home_by_the_stand_off_it_came_from():
+    """Over the skin joint 5 would pass its stop, and folded as it stands the wrist meets the base."""
+    around, planner = cell()
+    standoff = np.radians([40.47, -84.37, -118.67, -120.61, -116.00, 110.22])
+    start = np.radians([39.13, -89.69, -132.13, -124.35, -117.54, -55.97])
+    came = planner.to_pose(HOME, ARM.head(standoff))
+    assert_allclose(came.joints[-1], standoff, atol=1e-6)
+    path = planner.to_home(start, came)
+    assert_allclose(path.joints[[0, -1]], [start, HOME], atol=1e-9)
+    around.check(path.joints, ARM.head(start)[None, :3, 3], around.margin)
+    side = ARM.head(start)
+    assert ((ARM.head(path.joints)[:, :3, 3] - side[:3, 3]) @ side[:3, 2]).max() < 0.05
+    assert np.abs(path.joints - standoff).max(1).min() < 1e-3
+
+
+def test_no_way_home_names_each_way_that_was_tried():
+    """One obstacle alone would send a person to the wrong place."""
+    _, planner = cell()
+    start = np.radians([39.13, -89.69, -132.13, -124.35, -117.54, -55.97])
+    elsewhere = planner.joint_path(start + 0.1, start)
+    with pytest.raises(UnreachableError) as refused:
+        planner.to_home(start, elsewhere)
+    said = str(refused.value)
+    assert said.startswith("no way home: ")
+    assert "as it came: the arm did not come from home" in said
+    assert "folding first: Link1 would run into Link6" in said
+
+
 @pytest.mark.parametrize("nothing", [np.empty((0, 3)), np.full((7, 3), np.nan)], ids=["empty", "not numbers"])
 def test_an_empty_cloud_is_unknown_not_free(nothing):
     """The lens is covered: no way to the person, and all other ways keep off where the body was seen last."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise, permutations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import Arm
 from bathbot_scrub.arm.branches import wrap
@@ -62,6 +62,57 @@ class FreeSpace:
                 first = first or error
         if not found:
             raise first or UnreachableError("no way")
+
+    def over_the_skin(self, start: Array, came: JointPath) -> Iterator[list[Array]]:
+        """Joints to pass after `start` on the way home that the arm came on, home the last.
+
+        Args:
+            start: Joints now, shape (6,).
+            came: From home to the stand-off.
+
+        Raises:
+            UnreachableError: The arm did not come from home, or its stand-off is far off or on another
+                branch.
+        """
+        self._check_came(came)
+        now, standoff = self.arm.head(start), self.arm.head(came.joints[-1])
+        away = now[:3, 3] - standoff[:3, 3]
+        if np.linalg.norm(away) > _FARTHEST:
+            raise UnreachableError(
+                f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m"
+            )
+        over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
+        _, dense = densify(np.stack([now, over, standoff]), _STEP)
+        across = solve_path(self.arm, dense, start, self.limits)
+        wound = across[-1] - came.joints[-1]
+        if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
+            raise UnreachableError("the arm stands on another branch than it came on")
+        left = came.lengths / max(came.end, 1e-9)
+        back = came.joints + left[:, None] * wound
+        way = [*across[1:], *back[-2::-1], self.home]
+        if not self.limits.contain(way).all():
+            raise UnreachableError("on the way back a joint would pass its limit")
+        yield way
+
+    def straight_back(self, start: Array, came: JointPath, side: Array) -> Iterator[list[Array]]:
+        """The same, but to the stand-off straight in joint space, which unwinds what the skin wound up.
+
+        Args:
+            start: Joints now, shape (6,).
+            came: From home to the stand-off.
+            side: Head pose whose plane across z no link shall pass, (4, 4).
+
+        Raises:
+            UnreachableError: The arm did not come from home, or the way to the stand-off is not clear.
+        """
+        self._check_came(came)
+        if obstacle := self._obstacle(start, came.joints[-1], side):
+            raise UnreachableError(obstacle)
+        yield [*came.joints[::-1], self.home]
+
+    def _check_came(self, came: JointPath) -> None:
+        if np.abs(came.joints[0] - self.home).max() > _SAME:
+            raise UnreachableError("the arm did not come from home")
 
     def _backs(self, T_near: Array, T_far: Array) -> tuple[float, ...]:
         """How far to go straight back [m], one to try after the other; where the way lies there, no farther.
@@ -130,39 +181,3 @@ class FreeSpace:
         frames = self.arm.link_frames(joints)
         heads = frames[:, 6, :3, 3] + self.arm.tool.length * frames[:, 6, :3, 2]
         return np.concatenate([frames[:, 3:, :3, 3], heads[:, None]], axis=1) @ side[:3, 2], heads
-
-
-def waypoints_home(
-    arm: Arm, start: ArrayLike, came: JointPath, home: ArrayLike, limits: JointLimits
-) -> list[Array]:
-    """Joints [rad] to pass after `start`, home the last.
-
-    Args:
-        arm: Whose path it is.
-        start: Joints now, shape (6,).
-        came: From home to the stand-off.
-        home: Where to end, shape (6,).
-        limits: Of the joints.
-
-    Raises:
-        UnreachableError: The arm did not come from home, or its stand-off is far off or on another branch.
-    """
-    start, home = np.asarray(start, dtype=float), np.asarray(home, dtype=float)
-    if np.abs(came.joints[0] - home).max() > _SAME:
-        raise UnreachableError("the arm did not come from home")
-    now, standoff = arm.head(start), arm.head(came.joints[-1])
-    away = now[:3, 3] - standoff[:3, 3]
-    if np.linalg.norm(away) > _FARTHEST:
-        raise UnreachableError(f"the stand-off is {np.linalg.norm(away):.2f} m away, more than {_FARTHEST} m")
-    over = retreated(standoff, max(float(-away @ standoff[:3, 2]), 0.0))
-    _, dense = densify(np.stack([now, over, standoff]), _STEP)
-    across = solve_path(arm, dense, start, limits)
-    wound = across[-1] - came.joints[-1]
-    if np.abs(wrap(wound)).max() > _SAME or np.abs(wound[:5]).max() > _SAME:
-        raise UnreachableError("the arm stands on another branch than it came on")
-    left = came.lengths / max(came.end, 1e-9)
-    back = came.joints + left[:, None] * wound
-    way = [*across[1:], *back[-2::-1], home]
-    if not limits.contain(way).all():
-        raise UnreachableError("on the way back a joint would pass its limit")
-    return way

@@ -5,7 +5,6 @@ first to which a path meets nothing. What cannot be done is refused here, with t
 """
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -19,7 +18,7 @@ from bathbot_scrub.arm.errors import CollisionError, NotReadyError, UnreachableE
 from bathbot_scrub.arm.joint_limits import JointLimits
 from bathbot_scrub.arm.tool_path import SAMPLE_STEP, densify, retreated, solve_path
 from bathbot_scrub.rm65.arm.inverse_kinematics import check_poses
-from bathbot_scrub.rm65.paths.free_space import FreeSpace, waypoints_home
+from bathbot_scrub.rm65.paths.free_space import FreeSpace
 from bathbot_scrub.rm65.paths.joint_path import JointPath, joint_move, timed_path, timed_tool_path
 from bathbot_scrub.rm65.paths.path_runner import Pace
 
@@ -128,17 +127,23 @@ class MotionPlanner:
             came: The way on which the arm came from there: known to be free, so it is taken back if it can.
 
         Raises:
-            UnreachableError: With what is in the way.
+            UnreachableError: With why not, for each way that was tried.
         """
         start = np.asarray(start, dtype=float)
-        patch = self.arm.head(start)[None, :3, 3]
+        T, free = self.arm.head(start), self._free_space
+        side = retreated(T, -_NEAR_SIDE)
+        folding = ([*way[1:], self.home] for way in free.waypoints(start, self.home, side))
+        tried = {"folding first": folding}
         if came is not None:
-            with suppress(UnreachableError):  # another way follows
-                way = waypoints_home(self.arm, start, came, self.home, self.limits)
-                return self._first_clear([self.joint_path(start, *way)], patch)
-        side = retreated(self.arm.head(start), -_NEAR_SIDE)
-        ways = self._free_space.waypoints(start, self.home, side)
-        return self._first_clear((self.joint_path(start, *way[1:], self.home) for way in ways), patch)
+            back = free.straight_back(start, came, side)
+            tried = {"as it came": free.over_the_skin(start, came), **tried, "by its stand-off": back}
+        reasons = []
+        for name, ways in tried.items():
+            try:
+                return self._first_clear((self.joint_path(start, *way) for way in ways), T[None, :3, 3])
+            except UnreachableError as error:
+                reasons.append(f"{name}: {error}")
+        raise UnreachableError(f"no way home: {'; '.join(reasons)}")
 
     def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
         """Refuse a joint path, shape (N, 6) [rad], that would meet something; see `Surroundings.check`."""
