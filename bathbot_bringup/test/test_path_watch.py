@@ -80,6 +80,49 @@ def test_a_motion_that_waited_does_not_go_on_into_somebody():
     assert cell_.peak() == 0.0
 
 
+def looked_at(cell_, until):
+    """As the driver's thread looks, while no cloud comes."""
+    if cell_.clock() < until:
+        cell_.driver.watch.look()
+        cell_.after(0.05, lambda: looked_at(cell_, until))
+
+
+@pytest.mark.parametrize("waits", [False, True], ids=["under way", "waiting for the controller"])
+def test_a_camera_gone_blind_ends_the_way_to_the_person(waits):
+    cell_ = cell(body_max_age=1.2)
+    if waits:
+        cell_.after(0.9, lambda: cell_.order(Fault("lost_udp", duration=0.15)))
+    looked_at(cell_, cell_.clock() + 5.0)
+    with pytest.raises(CanceledError, match=r"the body was last seen 1\.\d s ago"):
+        cell_.approach()
+    stood = cell_.controller.dynamics.joints
+    cell_.wait(2.0)
+    assert cell_.state() is State.HOLD
+    assert np.abs(cell_.controller.dynamics.joints - stood).max() < 0.02  # what braking took
+    assert cell_.peak() == 0.0
+
+
+def test_an_empty_cloud_ends_the_way_to_the_person():
+    cell_ = cell()
+    cell_.after(0.9, lambda: cell_.driver.surroundings.see(np.empty((0, 3)), cell_.clock()))
+    looked_at(cell_, cell_.clock() + 5.0)
+    with pytest.raises(CanceledError, match="the body cloud is empty"):
+        cell_.approach()
+    assert cell_.peak() == 0.0
+
+
+def test_an_old_cloud_does_not_keep_the_arm_from_home():
+    cell_ = cell(body_max_age=1.0, home_deg=ready_deg(0.2))
+    cell_.after(0.6, cell_.driver.stop)
+    with pytest.raises(CanceledError):
+        cell_.approach()
+    cell_.wait(2.0)
+    looked_at(cell_, cell_.clock() + 5.0)
+    cell_.driver.home()
+    cell_.clock.until(lambda: cell_.state() is State.FREE, 10.0)
+    assert cell_.driver.snapshot().reason == "at home"
+
+
 def test_breathing_and_a_cloud_that_is_never_the_same_twice_stop_nothing():
     rng = np.random.default_rng(3)
     cell_ = cell()

@@ -2,8 +2,9 @@
 
 A way is checked when it is planned; a person may move into it afterwards. So every new cloud is held against
 what is left of the motion, whether that is under way or waits to go on, and nothing goes on after a pause
-without being looked at. Looking takes some milliseconds, in a thread of its own; the control loop's lock is
-held only to ask where the arm is, and to stop it.
+without being looked at. A camera that has gone blind ends a way to the person. Looking takes some
+milliseconds, in a thread of its own; the control loop's lock is held only to ask where the arm is, and to
+stop it.
 """
 
 from typing import NamedTuple
@@ -22,6 +23,7 @@ Array = NDArray[np.float64]
 LOOKS = 20.0  # [Hz]
 # [m] less than a plan keeps: the cloud is not the same twice, the body breathes, and links are drawn as wide
 _SLACK = 0.010
+_TO_THE_PERSON = (MotionKind.TRANSIT, MotionKind.SEEK)
 _EVERY = 0.01  # [m] or rad between places along a scrub path that the head may touch
 
 
@@ -45,15 +47,28 @@ class PathWatch:
         self._seen: Body | None = None  # and the cloud it was held against
 
     def look(self) -> None:
-        """Stop the arm where the newest cloud shows somebody in the way; call it often."""
-        way, seen = self.rest(), self._surroundings.body
-        if way is None or seen is None or (way.runner is self._runner and seen is self._seen):
+        """Stop the arm where the newest cloud shows somebody in the way; call it often.
+
+        On the way to the person also where that cloud has become too old, or shows nobody any more.
+        """
+        way = self.rest()
+        if way is None:
             return
-        self._runner, self._seen = way.runner, seen
         try:
-            self.check(way)
+            if way.kind in _TO_THE_PERSON:
+                self._surroundings.trust()
+            self._check_anew(way)
         except CollisionError as error:
             self._loop.give_up(way.runner, _said(error))
+        except NotReadyError as error:
+            self._loop.give_up(way.runner, str(error))
+
+    def _check_anew(self, way: RestOfWay) -> None:
+        """Check what is left of a way, unless it was held against the newest cloud already."""
+        seen = self._surroundings.body
+        if seen is not None and not (way.runner is self._runner and seen is self._seen):
+            self._runner, self._seen = way.runner, seen
+            self.check(way)
 
     def check_paused(self) -> None:
         """Look at the way on which a paused motion would go on.
