@@ -85,6 +85,29 @@ def test_a_line_too_long_is_shortened_only_when_allowed():
     assert 0.02 <= path.end < 0.6
 
 
+def test_a_line_is_the_tool_path_between_its_ends():
+    line, ends = PLANNER.line(TOUCH, -0.0995, 0.25), np.stack([TARGET, retreated(TARGET, 0.0995)])
+    path = PLANNER.tool_path(TOUCH, ends, 0.25, 0.002)
+    assert_allclose(line.joints, path.joints, atol=1e-9)
+    assert_allclose(line.lengths, path.lengths, atol=1e-9)
+    assert_allclose(line.speed_limit, path.speed_limit, rtol=1e-6)
+
+
+@given(asked=st.floats(0.25, 0.9))
+@settings(max_examples=20, deadline=None)
+def test_a_shortened_line_uses_most_of_what_is_within_reach(asked):
+    """The joints' own reach, searched for with the exact kinematics in steps of a millimetre."""
+    T, reach = ARM.head(TOUCH), 0.0
+    for reach in np.arange(0.0, asked, 0.001):
+        try:
+            solve_path(ARM, np.stack([retreated(T, -d) for d in np.arange(0.0, reach + 0.001, 0.005)]), TOUCH)
+        except UnreachableError:
+            break
+    path = PLANNER.line(TOUCH, asked, 0.1, shorter=0.02)
+    gone = (ARM.head(path.joints[-1])[:3, 3] - T[:3, 3]) @ T[:3, 2]
+    assert 0.85 * reach - 0.003 <= gone <= reach + 0.003
+
+
 def test_a_far_beginning_is_reached_over_the_skin():
     first = TARGET.copy()
     first[:3, 3] += 0.08 * TARGET[:3, 1]

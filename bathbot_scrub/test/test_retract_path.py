@@ -11,10 +11,12 @@ from bathbot_scrub.rm65.paths.surroundings import Surroundings
 from bathbot_scrub.rm65.settings import DriverSettings
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 CONTROLLER = np.radians(600.0)  # [rad/s^2] that the controller lets joints have
 RETRACT = Retract(0.10, 0.25)
+FOLDED = np.array([0.72, -0.53, 2.34, 2.99, 0.83, 1.89])  # [rad] straight back joint 3 is at its limit
 
 
 def retract_path():
@@ -77,6 +79,44 @@ def test_whoever_comes_behind_the_arm_while_it_rests_is_seen():
     now += 1.1
     out.prepare(TOUCH)
     assert distance_left(out.path(TOUCH)) <= 0.8 * RETRACT.distance
+
+
+class CountedPlanner(MotionPlanner):
+    """Counts the lines that were asked for."""
+
+    lines = 0
+
+    def line(self, *asked):
+        CountedPlanner.lines += 1
+        return super().line(*asked)
+
+
+def counted():
+    """A path off the skin whose clock goes on by a period at every look."""
+    clock, CountedPlanner.lines = iter(100.0 + PERIOD * np.arange(1000)), 0
+    return RetractPath(CountedPlanner(ARM, HOME, JOINT_PACE, 0.5), RETRACT, lambda: next(clock))
+
+
+@pytest.mark.parametrize(("joints", "most"), [(FOLDED, 25), (TOUCH, 2)], ids=["no way", "a way"])
+def test_what_has_been_planned_takes_no_more_of_the_loops_time(joints, most):
+    """At rest, and where there is no line at all: that was looked for in every period, 20 ms at a time."""
+    out = counted()
+    for _ in range(100):
+        out.prepare(joints)
+    assert 1 <= CountedPlanner.lines <= most
+
+
+def test_a_head_that_turns_has_its_way_out_ready_all_along():
+    """At 1 rad/s; a period in three may plan, and asking for the way never does."""
+    out = counted()
+    for turned in np.arange(0.0, 0.4, 0.01):
+        joints = TOUCH + turned * np.eye(6)[5]
+        out.prepare(joints)
+        before = CountedPlanner.lines
+        path = out.path(joints)
+        assert CountedPlanner.lines == before
+        assert_allclose(path.joints[0], joints, atol=1e-12)
+    assert CountedPlanner.lines <= 14
 
 
 @given(turn=st.floats(-3.0, 3.0), speed=st.floats(0.01, 0.1), until=st.integers(5, 100))

@@ -32,6 +32,7 @@ LINE_DECELERATION = 0.25  # [m/s^2] with which slower parts of a tool path are m
 _NEAR_SIDE = 0.03  # [m] towards the person that a way home may use, after a retract of 0.10 m
 _TRIED = 6  # tried for each posture; checking one takes some milliseconds
 _LINE_STEP = 0.002  # [m] between samples of a straight line: its joints bend little
+_SHORT_OF_REACH = 0.9  # share of a line within reach to make do with: joints race at its end
 _RAMP_TIME = 0.1  # [s] in which an acceleration is reached
 
 
@@ -209,13 +210,7 @@ class MotionPlanner:
         Raises:
             UnreachableError: Out of reach, outside the limits, or through a singularity.
         """
-        distances, dense = densify(check_poses(poses), step)
-        if len(distances) < 2:
-            raise NotReadyError("the path has no length; the head is there already")
-        joints = solve_path(self.arm, dense, start, self.limits)
-        if np.abs(joints[0] - start).max() > 0.02:
-            raise UnreachableError("the path does not begin where the arm stands")
-        return timed_tool_path(distances, joints, LINE_DECELERATION, self.limits, self.joint_share, cap)
+        return self._tool_path(start, *densify(check_poses(poses), step), cap)
 
     def line(self, start: ArrayLike, along_z: float, cap: float, shorter: float = 0.0) -> JointPath:
         """Straight along the head's z axis, from the joints `start` [rad].
@@ -230,14 +225,25 @@ class MotionPlanner:
             UnreachableError: When not even the shorter line is within reach.
         """
         T = self.arm.head(start)
-        ends = np.stack([T, T])
-        ends[1, :3, 3] += along_z * T[:3, 2]
+        distances = np.linspace(0.0, abs(along_z), max(int(np.ceil(abs(along_z) / _LINE_STEP)), 1) + 1)
+        dense = np.tile(T, (len(distances), 1, 1))
+        dense[:, :3, 3] += np.sign(along_z) * distances[:, None] * T[:3, 2]
         try:
-            return self.tool_path(start, ends, cap, _LINE_STEP)
-        except UnreachableError:
-            if not 0.0 < shorter < abs(along_z):
+            return self._tool_path(start, distances, dense, cap)
+        except UnreachableError as error:
+            reach = distances[max(error.index - 1, 0)]
+            if not 0.0 < shorter <= reach:
                 raise
-            return self.line(start, np.sign(along_z) * max(0.7 * abs(along_z), shorter), cap, shorter)
+        return self.line(start, np.sign(along_z) * max(_SHORT_OF_REACH * reach, shorter), cap)
+
+    def _tool_path(self, start: ArrayLike, distances: Array, dense: Array, cap: float) -> JointPath:
+        """Through closely spaced head poses, (N, 4, 4), at distances along the path, (N,) [m]."""
+        if len(distances) < 2 or not distances[-1]:
+            raise NotReadyError("the path has no length; the head is there already")
+        joints = solve_path(self.arm, dense, start, self.limits)
+        if np.abs(joints[0] - start).max() > 0.02:
+            raise UnreachableError("the path does not begin where the arm stands")
+        return timed_tool_path(distances, joints, LINE_DECELERATION, self.limits, self.joint_share, cap)
 
     def lead_in(self, T_now: Array, T_first: Array, lift: float, longest: float) -> Array:
         """Head poses from where the head touches to the first pose of a path, shape (N, 4, 4).

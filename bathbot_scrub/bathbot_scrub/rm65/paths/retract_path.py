@@ -23,8 +23,9 @@ from bathbot_scrub.rm65.timing.clock import MONOTONIC
 Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
 _SHARES = (1.0, 0.75, 0.5)  # of the way, tried one after the other until nothing is met
-_AGAIN, _FARTHEST = 0.01, 0.05  # [rad] from where a line was planned: plan anew; do not use it
+_AGAIN, _FARTHEST = 0.025, 0.05  # [rad] from where a line was planned: plan anew; do not use it
 _OLDEST = 1.0  # [s]: the camera tells as often what is behind the arm
+_RETRY = 0.05  # [s] until a line is looked for again where there was none: that takes the loop's time
 _DECELERATION = 1.0  # [m/s^2] at the end of the way, where haste is over
 _ARRIVAL = 0.05  # [m/s] from which any brake is gentle
 
@@ -68,7 +69,10 @@ class RetractPath:
     def prepare(self, joints: Array) -> None:
         """Plan the way from joints [rad], shape (6,), unless one from nearby was planned a moment ago."""
         now, ready = self._clock(), self._ready
-        if ready is None or now - self._planned > _OLDEST or np.abs(joints - ready.joints[0]).max() > _AGAIN:
+        age = now - self._planned
+        if age > (_RETRY if ready is None else _OLDEST) or (
+            ready is not None and np.abs(joints - ready.joints[0]).max() > _AGAIN
+        ):
             self._planned = now
             try:
                 self._ready = self._plan(joints)
