@@ -194,6 +194,22 @@ def test_the_arm_does_not_run_into_itself_or_a_wall():
         around.check(low, (), 0.015)
 
 
+@given(at=st.tuples(*3 * [st.floats(-0.15, 0.15)]), share=st.floats(0.0, 1.0))
+@settings(max_examples=60, deadline=None)
+def test_the_free_part_of_a_path_is_clear_and_no_longer_part_is(at, share):
+    """As the check of whole paths says, which a point anywhere about the arm's way is held against."""
+    around, planner = cell()
+    joints = planner.line(TOUCH, -0.10, 0.25).joints
+    elbow = ARM.link_frames(joints[int(share * (len(joints) - 1))])[3, :3, 3]
+    around.see((elbow + at)[None], 100.0)
+    free = around.free_part(joints, (), 0.015)
+    if free > 1:
+        around.check_body(joints[:free], (), 0.015)
+    if free < len(joints):
+        with pytest.raises(CollisionError):
+            around.check_body(joints[: free + 3], (), 0.015)
+
+
 def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():
     clock = Clock()
     around, planner = cell(wall_of_skin(TARGET), clock)

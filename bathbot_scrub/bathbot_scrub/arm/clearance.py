@@ -25,6 +25,7 @@ class SweptArm(NamedTuple):
     joints: Array  # (N, J) [rad] of the samples
     ends: Array  # (N, C, 2, 3) of the capsules' axes, base frame [m]
     stray: Array  # (N,) [m] that any part of the arm is off the nearest sample, half-way to the next
+    places: NDArray[np.int64]  # (N,) of the samples in the dense path
 
 
 class Nearest(NamedTuple):
@@ -112,7 +113,7 @@ def swept(arm: Arm, capsules: tuple[ArmCapsule, ...], joints: Array) -> SweptArm
     )
     gaps = np.diff(way[kept])
     stray = 0.5 * np.maximum(np.append(gaps, 0.0), np.insert(gaps, 0, 0.0))
-    return SweptArm(joints[kept], ends[kept], stray)
+    return SweptArm(joints[kept], ends[kept], stray, kept)
 
 
 def capsule_ends(arm: Arm, capsules: tuple[ArmCapsule, ...], joints: Array) -> Array:

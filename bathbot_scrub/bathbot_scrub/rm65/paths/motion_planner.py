@@ -151,10 +151,11 @@ class MotionPlanner:
         if self.surroundings is not None:
             self.surroundings.check(joints, patch, self.surroundings.margin)
 
-    def check_body(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
-        """The same with regard to the body alone, from any thread; see `Surroundings.check_body`."""
-        if self.surroundings is not None:
-            self.surroundings.check_body(joints, patch, self.surroundings.margin)
+    def free_part(self, joints: Array, patch: ArrayLike = ()) -> int:
+        """How many of the joints of a path, (N, 6), lie before the body; see `Surroundings.free_part`."""
+        if self.surroundings is None:
+            return len(joints)
+        return self.surroundings.free_part(joints, patch, self.surroundings.margin)
 
     def check_tool_path(self, joints: ArrayLike, T_base_heads: Array) -> None:
         """The same for a slow path along head poses, shape (N, 4, 4), all of which may touch the body."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bathbot_scrub.arm.arm import Arm
-from bathbot_scrub.arm.errors import CollisionError, UnreachableError
+from bathbot_scrub.arm.errors import UnreachableError
 from bathbot_scrub.rm65.paths.joint_path import JointPath
 from bathbot_scrub.rm65.paths.motion_planner import MotionPlanner
 from bathbot_scrub.rm65.paths.path_runner import Pace
@@ -22,7 +22,6 @@ from bathbot_scrub.rm65.timing.clock import MONOTONIC
 
 Array = NDArray[np.float64]
 _SHORTEST = 0.02  # [m]
-_SHARES = (1.0, 0.75, 0.5)  # of the way, tried one after the other until nothing is met
 _AGAIN, _FARTHEST = 0.025, 0.05  # [rad] from where a line was planned: plan anew; do not use it
 _OLDEST = 1.0  # [s]: the camera tells as often what is behind the arm
 _RETRY = 0.05  # [s] until a line is looked for again where there was none: that takes the loop's time
@@ -109,14 +108,8 @@ class RetractPath:
 
     def _free_part(self, line: JointPath) -> JointPath:
         """As much of a line as meets no body, and the shortest way off the skin whatever is there."""
-        for share in _SHARES:
-            part = line.until(share * line.end)
-            try:
-                self._planner.check_body(part.joints, self._place(part))
-                return part
-            except CollisionError:
-                continue
-        return line.until(_SHORTEST)
+        free = self._planner.free_part(line.joints, self._place(line))
+        return line.until(max(line.lengths[max(free - 1, 0)], _SHORTEST))
 
     def _place(self, path: JointPath) -> Array:
         """Where the head is at first, shape (1, 3) [m]: there it may touch."""

@@ -5,14 +5,14 @@ never refused: leaving must always be possible. Who stands nearer than allowed m
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_scrub.arm.arm import DrivenArm
-from bathbot_scrub.arm.clearance import BodyClearance, SweptArm
+from bathbot_scrub.arm.clearance import BodyClearance, Nearest, SweptArm
 from bathbot_scrub.arm.errors import CollisionError, NotReadyError
 from bathbot_scrub.rm65.arm.walls import walls_from
 from bathbot_scrub.rm65.paths.self_collision import ArmModel
@@ -30,6 +30,15 @@ class Body(NamedTuple):
 
     points: Array  # (M, 3) base frame [m]
     stamp: float  # when all of them were known to be there [s]
+
+
+class Approach(NamedTuple):
+    """How near a path comes to some points of the body, and how near it may."""
+
+    distances: Array  # (N,) [m] at its samples, less what the arm strays between them
+    least: float  # [m]
+    found: Nearest
+    points: Array  # (M, 3) [m]
 
 
 class Surroundings:
@@ -121,10 +130,21 @@ class Surroundings:
     def check_body(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> SweptArm:
         """The same with regard to the body alone; never waits for another thread. Gives where the arm was."""
         path = self._clearance.swept(np.asarray(joints, dtype=float))
-        body = self._body
-        if body is not None:  # of whatever age: where somebody was seen last is the best guess
-            self._check_body(path, body.points, np.reshape(np.asarray(patch, dtype=float), (-1, 3)), margin)
+        for met in self._approaches(path, patch, margin):
+            worst = int(np.argmin(met.distances))
+            if met.distances[worst] < met.least:
+                place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*met.points[met.found.points[worst]])
+                link = self._clearance.capsules[met.found.links[worst]].link
+                raise CollisionError(link, place, float(met.found.clearances[worst]), margin)
         return path
+
+    def free_part(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> int:
+        """How many joints of a path, from the first on, lie before anything would be met; as `check_body`."""
+        path = self._clearance.swept(np.asarray(joints, dtype=float))
+        free = len(path.joints)
+        for met in self._approaches(path, patch, margin):
+            free = min([free, *np.flatnonzero(met.distances < met.least)[:1]])
+        return int(path.places[free - 1]) + 1 if free else 0
 
     @property
     def body(self) -> Body | None:
@@ -150,21 +170,23 @@ class Surroundings:
             first, second, distance = near[worst]
             raise CollisionError(first, second, distance, 0.0)
 
-    def _check_body(self, path: SweptArm, points: Array, patch: Array, margin: float) -> None:
-        """Keep the margin to all points but those that the arm stands beside: to these, what there is."""
-        beside = self._clearance.beside(path.ends[0], points, patch, margin)
-        self._check_points(path, points[~beside], patch, margin, margin)
-        if beside.any():
-            there = self._clearance.nearest(path.ends[:1], points[beside], patch, margin).clearances[0]
-            self._check_points(
-                path._replace(stray=0.0 * path.stray), points[beside], patch, there - _CLOSER, margin
-            )
+    def _approaches(self, path: SweptArm, patch: ArrayLike, margin: float) -> Iterator[Approach]:
+        """How near a path comes to the body, of whatever age: where somebody was seen last is the best guess.
 
-    def _check_points(self, path: SweptArm, points: Array, patch: Array, least: float, margin: float) -> None:
+        The margin is kept to all points but those that the arm stands beside: to these, what there is.
+        """
+        body = self._body
+        if body is None:
+            return
+        patch = np.reshape(np.asarray(patch, dtype=float), (-1, 3))
+        beside = self._clearance.beside(path.ends[0], body.points, patch, margin)
+        yield self._approach(path, body.points[~beside], patch, margin)
+        if beside.any():
+            points = body.points[beside]
+            there = self._clearance.nearest(path.ends[:1], points, patch, margin).clearances[0]
+            yield self._approach(path._replace(stray=0.0 * path.stray), points, patch, there - _CLOSER)
+
+    def _approach(self, path: SweptArm, points: Array, patch: Array, least: float) -> Approach:
         interest = least + 2.0 * float(path.stray.max()) + _CLOSER
-        clearances, links, nearest = self._clearance.nearest(path.ends, points, patch, interest)
-        worst = int(np.argmin(clearances - path.stray))
-        if clearances[worst] - path.stray[worst] < least:
-            place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*points[nearest[worst]])
-            link = self._clearance.capsules[links[worst]].link
-            raise CollisionError(link, place, float(clearances[worst]), margin)
+        found = self._clearance.nearest(path.ends, points, patch, interest)
+        return Approach(found.clearances - path.stray, least, found, points)

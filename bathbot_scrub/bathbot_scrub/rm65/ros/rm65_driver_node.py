@@ -108,7 +108,7 @@ class Rm65Driver(StageNode):
 
 def main() -> None:
     """Run the node."""
-    sys.setswitchinterval(0.0005)  # the control loop shares the interpreter with the executor
+    sys.setswitchinterval(0.0001)  # the control loop shares the interpreter with the executor
     prefer_process()
     keep_clear_of_shared_memory()
     run(
