@@ -195,7 +195,7 @@ def test_the_arm_does_not_run_into_itself_or_a_wall():
 
 
 @given(at=st.tuples(*3 * [st.floats(-0.15, 0.15)]), share=st.floats(0.0, 1.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_the_free_part_of_a_path_is_clear_and_no_longer_part_is(at, share):
     """As the check of whole paths says, which a point anywhere about the arm's way is held against."""
     around, planner = cell()
@@ -207,7 +207,9 @@ def test_the_free_part_of_a_path_is_clear_and_no_longer_part_is(at, share):
         around.check_body(joints[:free], (), 0.015)
     if free < len(joints):
         with pytest.raises(CollisionError):
-            around.check_body(joints[: free + 3], (), 0.015)
+            around.check_body(
+                joints[: free + 6], (), 0.015
+            )  # three joints to the next sample, as many behind
 
 
 def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():
