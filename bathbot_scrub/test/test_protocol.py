@@ -9,7 +9,7 @@ from bathbot_scrub.arm.errors import ProtocolError
 from bathbot_scrub.rm65.controller import protocol
 from bathbot_scrub.rm65.controller.protocol import FrameBuffer, decode, encode, integer, integers
 from bathbot_scrub.rm65.controller.state_push import parse_sample
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
@@ -120,6 +120,13 @@ def test_poses_survive_and_euler_angles_are_rz_ry_rx(angles):
 def test_a_flange_on_its_side_is_told_by_angles_that_turn_it_so(pitch, roll, yaw):
     rotation = Rotation.from_euler("xyz", (roll, np.radians(pitch), yaw)).as_matrix()
     assert_allclose(protocol.rotation_from_euler(protocol.euler_from_rotation(rotation)), rotation, atol=1e-7)
+
+
+@given(wire=st.tuples(*4 * [st.integers(-1_000_000, 1_000_000)]))
+def test_a_quaternion_of_any_length_turns_as_it_does_by_scipy(wire):
+    assume(np.linalg.norm(wire) > 0.6e6)
+    expected = Rotation.from_quat(np.roll(wire, -1)).as_matrix()
+    assert_allclose(protocol.quaternion_from_wire(wire), expected, atol=1e-12)
 
 
 def test_zero_quaternion_is_refused():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arm_poses import ARM, HOME, JOINT_PACE, TARGET, TOUCH, facing, straight
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD
-from bathbot_scrub.arm.clearance import swept
+from bathbot_scrub.arm.clearance import capsule_ends, swept
 from bathbot_scrub.arm.clearance_kernel import fill_clearances, within
 from bathbot_scrub.arm.errors import CollisionError, NotReadyError, UnreachableError
 from bathbot_scrub.arm.tool_path import densify, retreated, solve_path
@@ -165,6 +165,21 @@ def test_who_stands_too_near_may_leave_but_not_come_nearer():
     around.check(away, (), 0.015)
     with pytest.raises(CollisionError):
         around.check(nearer, (), 0.015)
+
+
+@pytest.mark.parametrize("apart", [0.0151, 0.016, 0.017, 0.0175, 0.02])
+def test_who_stands_at_little_more_than_the_margin_may_go_away(apart):
+    """Between two samples of any path the arm may stray by 2.5 mm: at 17 mm it was refused every way."""
+    around, planner = cell()
+    ends, radii = capsule_ends(ARM, ARM.shape.moving, TOUCH[None])[0], [c.radius for c in ARM.shape.moving]
+    z = TARGET[:3, 2]
+    foremost = int(np.argmax((ends @ z).max(axis=1) + radii))
+    place = ends[foremost][(ends[foremost] @ z).argmax()] + (radii[foremost] + apart) * z
+    around.see(place[None], 100.0)
+    assert around.free_part(TOUCH[None], (), 0.015) == 1
+    around.check_body(planner.line(TOUCH, -0.05, 0.1).joints, (), 0.015)
+    with pytest.raises(CollisionError):
+        around.check_body(planner.line(TOUCH, 0.01, 0.1).joints, (), 0.015)
 
 
 def test_standing_beside_one_thing_excuses_no_other():

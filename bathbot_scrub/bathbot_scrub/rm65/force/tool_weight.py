@@ -25,6 +25,8 @@ class ToolWeight(NamedTuple):
 
     def pull(self, rotation: ArrayLike) -> Array:
         """Weight as a wrench about the flange [N, Nm], shape (..., 6); `rotation` of it, (..., 3, 3)."""
+        if not self.mass:  # the controller knows its tool, as it should: this runs for every sample
+            return np.zeros((*np.shape(rotation)[:-2], 6))
         force = self.mass * (np.swapaxes(np.asarray(rotation, dtype=float), -1, -2) @ _GRAVITY)
         return np.concatenate([force, np.cross(self.centre, force)], axis=-1)
 

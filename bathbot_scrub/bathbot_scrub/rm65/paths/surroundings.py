@@ -135,7 +135,7 @@ class Surroundings:
             if met.distances[worst] < met.least:
                 place = "the body at ({:.3f}, {:.3f}, {:.3f}) m".format(*met.points[met.found.points[worst]])
                 link = self._clearance.capsules[met.found.links[worst]].link
-                raise CollisionError(link, place, float(met.found.clearances[worst]), margin)
+                raise CollisionError(link, place, float(met.distances[worst]), margin)
         return path
 
     def free_part(self, joints: ArrayLike, patch: ArrayLike, margin: float) -> int:
@@ -179,12 +179,14 @@ class Surroundings:
         if body is None:
             return
         patch = np.reshape(np.asarray(patch, dtype=float), (-1, 3))
-        beside = self._clearance.beside(path.ends[0], body.points, patch, margin)
+        about = margin + float(path.stray[0])  # nearer than that no way could begin
+        beside = self._clearance.beside(path.ends[0], body.points, patch, about)
         yield self._approach(path, body.points[~beside], patch, margin)
         if beside.any():
             points = body.points[beside]
-            there = self._clearance.nearest(path.ends[:1], points, patch, margin).clearances[0]
-            yield self._approach(path._replace(stray=0.0 * path.stray), points, patch, there - _CLOSER)
+            there = self._clearance.nearest(path.ends[:1], points, patch, about).clearances[0]
+            least = min(there - _CLOSER, margin)
+            yield self._approach(path._replace(stray=0.0 * path.stray), points, patch, least)
 
     def _approach(self, path: SweptArm, points: Array, patch: Array, least: float) -> Approach:
         interest = least + 2.0 * float(path.stray.max()) + _CLOSER
