@@ -96,16 +96,15 @@ def test_a_line_is_the_tool_path_between_its_ends():
 @given(asked=st.floats(0.25, 0.9))
 @settings(max_examples=20, deadline=None)
 def test_a_shortened_line_uses_most_of_what_is_within_reach(asked):
-    """The joints' own reach, searched for with the exact kinematics in steps of a millimetre."""
+    """The joints' own reach, searched for pose by pose in steps of 5 mm."""
     T, reach = ARM.head(TOUCH), 0.0
-    for reach in np.arange(0.0, asked, 0.001):
-        try:
-            solve_path(ARM, np.stack([retreated(T, -d) for d in np.arange(0.0, reach + 0.001, 0.005)]), TOUCH)
-        except UnreachableError:
-            break
+    while (
+        reach + 0.005 < asked and np.isfinite(ARM.solve_head(retreated(T, -reach - 0.005), ARM.limits)).any()
+    ):
+        reach += 0.005
     path = PLANNER.line(TOUCH, asked, 0.1, shorter=0.02)
     gone = (ARM.head(path.joints[-1])[:3, 3] - T[:3, 3]) @ T[:3, 2]
-    assert 0.85 * reach - 0.003 <= gone <= reach + 0.003
+    assert 0.85 * reach <= gone <= reach + 0.006
 
 
 def test_a_far_beginning_is_reached_over_the_skin():

@@ -221,10 +221,9 @@ def test_the_free_part_of_a_path_is_clear_and_no_longer_part_is(at, share):
     if free > 1:
         around.check_body(joints[:free], (), 0.015)
     if free < len(joints):
+        behind_the_next_sample = free + 6  # three joints to it, as many on
         with pytest.raises(CollisionError):
-            around.check_body(
-                joints[: free + 6], (), 0.015
-            )  # three joints to the next sample, as many behind
+            around.check_body(joints[:behind_the_next_sample], (), 0.015)
 
 
 def test_a_body_seen_too_long_ago_keeps_the_arm_away_but_lets_it_home():

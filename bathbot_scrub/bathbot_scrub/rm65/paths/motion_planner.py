@@ -239,7 +239,7 @@ class MotionPlanner:
 
     def _tool_path(self, start: ArrayLike, distances: Array, dense: Array, cap: float) -> JointPath:
         """Through closely spaced head poses, (N, 4, 4), at distances along the path, (N,) [m]."""
-        if len(distances) < 2 or not distances[-1]:
+        if not distances[-1]:
             raise NotReadyError("the path has no length; the head is there already")
         joints = solve_path(self.arm, dense, start, self.limits)
         if np.abs(joints[0] - start).max() > 0.02:

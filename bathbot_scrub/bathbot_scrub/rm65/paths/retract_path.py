@@ -67,16 +67,19 @@ class RetractPath:
 
     def prepare(self, joints: Array) -> None:
         """Plan the way from joints [rad], shape (6,), unless one from nearby was planned a moment ago."""
-        now, ready = self._clock(), self._ready
-        age = now - self._planned
-        if age > (_RETRY if ready is None else _OLDEST) or (
-            ready is not None and np.abs(joints - ready.joints[0]).max() > _AGAIN
-        ):
+        now = self._clock()
+        if self._due(joints, now - self._planned):
             self._planned = now
             try:
                 self._ready = self._plan(joints)
             except UnreachableError:
                 self._ready = None  # said when it is asked for
+
+    def _due(self, joints: Array, age: float) -> bool:
+        """Tell whether to plan from joints [rad], shape (6,), `age` [s] after the last time."""
+        if self._ready is None:
+            return age > _RETRY
+        return age > _OLDEST or bool(np.abs(joints - self._ready.joints[0]).max() > _AGAIN)
 
     def path(self, joints: Array) -> JointPath:
         """The way from joints [rad], shape (6,).

@@ -1,7 +1,5 @@
 """Node `rm65_driver`: the arm on the graph. Decodes, calls `ArmDriver`, encodes."""
 
-import sys
-
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.dds.transport import keep_clear_of_shared_memory
 from bathbot_depthcorr.node.long_work_node import outcome_of
@@ -108,7 +106,6 @@ class Rm65Driver(StageNode):
 
 def main() -> None:
     """Run the node."""
-    sys.setswitchinterval(0.0001)  # the control loop shares the interpreter with the executor
     prefer_process()
     keep_clear_of_shared_memory()
     run(

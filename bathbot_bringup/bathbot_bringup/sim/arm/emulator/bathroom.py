@@ -2,7 +2,6 @@
 
 import gc
 import logging
-import sys
 import threading
 import time
 
@@ -18,7 +17,6 @@ log = logging.getLogger(__name__)
 
 def prefer_the_arm() -> None:
     """Set up this process for the clocked thread; what it starts later takes after it."""
-    sys.setswitchinterval(0.0001)  # the clocked thread shares the interpreter
     prefer_process()
 
 
