@@ -99,7 +99,7 @@ def counted():
 
 @pytest.mark.parametrize(("joints", "most"), [(FOLDED, 25), (TOUCH, 2)], ids=["no way", "a way"])
 def test_what_has_been_planned_takes_no_more_of_the_loops_time(joints, most):
-    """At rest, and where there is no line at all: that was looked for in every period, 20 ms at a time."""
+    """At rest, and where there is no line at all: that was looked for in every period, 15 ms at a time."""
     out = counted()
     for _ in range(100):
         out.prepare(joints)
