@@ -261,7 +261,8 @@ def test_no_way_home_names_each_way_that_was_tried():
         planner.to_home(start, elsewhere)
     said = str(refused.value)
     assert said.startswith("no way home: ")
-    assert "as it came: the arm did not come from home" in said
+    assert "as it came, by its stand-off: the arm did not come from home" in said
+    assert said.count("did not come from home") == 1
     assert "folding first: Link1 would run into Link6" in said
 
 

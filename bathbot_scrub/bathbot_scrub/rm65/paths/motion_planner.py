@@ -138,12 +138,13 @@ class MotionPlanner:
         if came is not None:
             back = free.straight_back(start, came, side)
             tried = {"as it came": free.over_the_skin(start, came), **tried, "by its stand-off": back}
-        reasons = []
+        refused: dict[str, list[str]] = {}  # the ways that meet one obstacle, by what it is
         for name, ways in tried.items():
             try:
                 return self._first_clear((self.joint_path(start, *way) for way in ways), T[None, :3, 3])
             except UnreachableError as error:
-                reasons.append(f"{name}: {error}")
+                refused.setdefault(str(error), []).append(name)
+        reasons = (f"{', '.join(names)}: {why}" for why, names in refused.items())
         raise UnreachableError(f"no way home: {'; '.join(reasons)}")
 
     def check(self, joints: ArrayLike, patch: ArrayLike = ()) -> None:
