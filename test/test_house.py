@@ -19,7 +19,6 @@ SHORT = {
     "bathbot_depthcorr/live/frame_pace.py": "what the clock decides, which stands alone",
     "bathbot_depthcorr/models/ripple.py": "an equation that stands alone, used by two models",
     "bathbot_depthcorr/node/diagnostic_node.py": "a type that stands alone",
-    "bathbot_depthcorr/node/dds/transport.py": "table of the two DDS profiles",
     "bathbot_depthcorr/ros/verdict.py": "a type that stands alone",
     "bathbot_depthcorr/ros/camera_health.py": "knows how the RealSense driver names things",
     "bathbot_perception/classes.py": "table of the classes",

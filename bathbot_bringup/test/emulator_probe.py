@@ -48,7 +48,6 @@ with Emulator(EmulatorSettings(port=0, joints_deg=READY_DEG), Wall()) as emulato
 def start(*command, **options):
     environment = os.environ | {
         "ROS_DOMAIN_ID": str(DOMAIN),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "OMP_NUM_THREADS": "1",
         "PYTHONPATH": os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")]),
     }

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 from bathbot_bringup.errors import ProcessError
-from bathbot_bringup.graph.isolation import domain_ports, free_domain, used_ports
+from bathbot_bringup.graph.isolation import free_domain, used_ports
 from bathbot_bringup.graph.processes import ProcessGroup, isolated_environment
+from bathbot_depthcorr.node.dds.udp_ports import of_domain
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -156,7 +157,6 @@ def test_the_line_that_tells_most_is_quoted(group, lines, told):
 def test_the_environment_isolates_the_graph(tmp_path):
     environment = isolated_environment(17, tmp_path)
     assert environment["ROS_DOMAIN_ID"] == "17"
-    assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert environment["OMP_NUM_THREADS"] == "1"
 
 
@@ -171,7 +171,7 @@ def test_a_free_domain_has_no_port_in_use(wish, taken):
     domain = free_domain(wish, taken)
     assert 1 <= domain <= 100
     if len({(port - 7400) // 250 for port in taken} & set(range(1, 101))) < 100:
-        assert not set(domain_ports(domain)) & taken
+        assert not set(of_domain(domain)) & taken
 
 
 def test_when_all_domains_are_taken_one_is_shared():

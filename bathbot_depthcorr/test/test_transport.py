@@ -59,18 +59,3 @@ def test_udp_and_shared_memory_hear_each_other():
             node.kill()
     assert udp == ["0", LOOPBACK]
     assert int(shared[0]) > 0
-
-
-@pytest.mark.parametrize(
-    "said",
-    [{transport.RANGE: "SUBNET"}, {transport.PROFILES: "mine.xml"}],
-    ids=["range", "profiles"],
-)
-def test_what_the_user_says_counts(monkeypatch, said):
-    for name in (transport.RANGE, transport.PROFILES):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in said.items():
-        monkeypatch.setenv(name, value)
-    before = dict(os.environ)
-    transport.keep_clear_of_shared_memory()
-    assert dict(os.environ) == before

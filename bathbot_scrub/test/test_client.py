@@ -210,6 +210,23 @@ def test_receiver_keeps_the_newest_sample_and_counts_the_rest():
     receiver.close()
 
 
+def test_receiver_listens_where_the_controller_sends_to_and_nowhere_else():
+    samples = []
+    receiver = StateReceiver(0, samples.append, learn=0.0)
+    receiver.expect("127.0.0.1")
+    receiver.listen_at("127.0.0.3")
+    receiver.listen_at("127.0.0.2")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.sendto(push(), ("127.0.0.2", receiver.port))
+        until(lambda: len(samples) == 1)
+        for elsewhere in ("127.0.0.1", "127.0.0.3"):
+            sender.sendto(push(), (elsewhere, receiver.port))
+        sender.sendto(push(arm_current_status="move_J"), ("127.0.0.2", receiver.port))
+        until(lambda: samples[-1].status == "move_J")
+    assert len(samples) == 2
+    receiver.close()
+
+
 def test_receiver_refuses_strangers_and_a_taken_port():
     samples = []
     receiver = StateReceiver(0, samples.append, learn=0.0)

@@ -8,6 +8,7 @@ from typing import Any
 
 import rclpy
 from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
+from bathbot_depthcorr.node.dds.participant import joining
 from lifecycle_msgs.srv import GetState
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
@@ -27,7 +28,8 @@ class GraphClient:
     def __init__(self, name: str, domain: int | None = None) -> None:
         """Join the domain; None takes the environment's, whose transport its processes share."""
         rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(f"{name}_{os.getpid()}")
+        with joining(rclpy.get_default_context().get_domain_id()):
+            self.node = Node(f"{name}_{os.getpid()}")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._clients: dict[str, Client] = {}

@@ -50,9 +50,8 @@ def node_environment(logs: Path) -> dict[str, str]:
 
 
 def isolated_environment(domain: int, logs: Path) -> dict[str, str]:
-    """Build the environment of a graph that shall hear nobody else: its own domain, this machine only."""
-    isolation = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    return {**node_environment(logs), **isolation}
+    """Build the environment of a graph that shall hear nobody else: its own domain."""
+    return {**node_environment(logs), "ROS_DOMAIN_ID": str(domain)}
 
 
 @contextmanager

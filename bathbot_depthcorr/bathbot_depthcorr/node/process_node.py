@@ -14,6 +14,7 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node.output import Output
 from bathbot_depthcorr.node.stage_node import StageNode
 
@@ -68,7 +69,7 @@ def _served(node_type: type[StageNode], executor: Executor, stopping: threading.
         while started and not stopping.is_set():
             executor.spin_once(timeout_sec=0.1)
         return started
-    except ParameterException as error:
+    except (ParameterException, BathbotError) as error:
         print(f"{node_type.__name__}: {error}", file=sys.stderr)
         return False
     finally:

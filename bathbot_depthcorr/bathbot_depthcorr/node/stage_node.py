@@ -10,7 +10,7 @@ from typing import Any
 
 from bathbot_depthcorr.node.dds import transport
 
-os.environ.update(transport.defaults())
+os.environ.update(transport.variables())
 
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 

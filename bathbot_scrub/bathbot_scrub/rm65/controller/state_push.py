@@ -30,6 +30,7 @@ from bathbot_scrub.rm65.timing.priority import raise_priority
 Array = NDArray[np.float64]
 _MAX_DATAGRAM = 65535
 _DISABLED = 0x0010  # error bit of a joint that has not started
+_LOOPBACK = "127.0.0.1"
 _POLL = 0.2  # [s] between looks at the stop flag
 _REST = 0.001  # [s] after a datagram that is not wanted: a flood of them must not keep the interpreter busy
 CYCLE = 0.005  # [s] of the push, as it is ordered
@@ -127,20 +128,21 @@ def _code(code: object) -> int:
         return -1
 
 
-def _bound(port: int) -> socket.socket:
+def _bound(address: str, port: int) -> socket.socket:
     """A socket that keeps its port when it shall hear everybody again: it was asked for by number."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
-        opened.bind(("", port))
+        opened.bind((address, port))
+        opened.settimeout(_POLL)
         if port:
             return opened
         free = int(opened.getsockname()[1])
     except OSError as error:
         opened.close()
-        message = f"cannot listen on UDP port {port}: {error}; choose another udp_port"
+        message = f"cannot listen on UDP port {port} of {address}: {error}; choose another udp_port"
         raise ArmConnectionError(message) from error
     opened.close()
-    return _bound(free)
+    return _bound(address, free)
 
 
 class StateReceiver:
@@ -155,7 +157,7 @@ class StateReceiver:
         learn: float = LEARN,
         clock: Callable[[], float] = MONOTONIC,
     ) -> None:
-        """Open the port (0: any free one) and start to listen; nobody is believed before `expect`.
+        """Open the port (0: any free one) on loopback and start; nobody is believed before `expect`.
 
         Args:
             port: UDP port.
@@ -168,9 +170,9 @@ class StateReceiver:
         Raises:
             ArmConnectionError: When the port cannot be opened.
         """
-        self._socket = _bound(port)
-        self._socket.settimeout(_POLL)
-        self.port = int(self._socket.getsockname()[1])
+        self._socket = _bound(_LOOPBACK, port)
+        self._next: socket.socket | None = None  # to take when the thread comes round
+        self._address, self.port = self._socket.getsockname()
         self.accepted = 0
         self.rejected = 0
         self.last_error = ""
@@ -180,6 +182,20 @@ class StateReceiver:
         self._clock, self._open = clock, True
         self._thread = threading.Thread(target=self._receive, name="rm65-push", daemon=True)
         self._thread.start()
+
+    def listen_at(self, address: str) -> None:
+        """Listen at that address of this machine from now on, and at no other.
+
+        Raises:
+            ArmConnectionError: When the port is taken there.
+        """
+        if address == self._address:
+            return
+        opened = _bound(address, self.port)
+        with self._turning:
+            if self._next is not None:
+                self._next.close()
+            self._next, self._address = opened, address
 
     def expect(self, address: str) -> None:
         """The push has been ordered from `address`: learn anew which port it comes from."""
@@ -195,11 +211,13 @@ class StateReceiver:
         """Stop listening."""
         self._open = False
         self._thread.join(2.0 * _POLL + 1.0)
+        self._move()
         self._socket.close()
 
     def _receive(self) -> None:
         raise_priority()  # what the control loop judges comes through here
         while self._open:
+            self._move()
             try:
                 raw, sender = self._socket.recvfrom(_MAX_DATAGRAM)
             except TimeoutError:
@@ -231,6 +249,13 @@ class StateReceiver:
             self.accepted += 1
             self.latest = sample
             self._on_sample(sample)
+
+    def _move(self) -> None:
+        """Take the socket of another address, if there is one; what has come there meanwhile waits in it."""
+        with self._turning:
+            if self._next is not None:
+                self._socket.close()
+                self._socket, self._next = self._next, None
 
     def _believes(self, sender: tuple[str, int], now: float) -> bool:
         """Ask the source; once it knows its port, have the kernel drop what others send, unread."""

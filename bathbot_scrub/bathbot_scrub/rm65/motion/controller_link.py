@@ -198,6 +198,8 @@ class ControllerLink:
                 f"the controller says it is {product[:20]!r}, but parameter variant is "
                 f"{self._variant}; set variant to {_variant_of(product) or 'B, 6F or 6FB'}"
             )
+        local = self.client.local_address()
+        self.receiver.listen_at(local)
         self.client.demand(
             {
                 "command": "set_realtime_push",
@@ -205,7 +207,7 @@ class ControllerLink:
                 "enable": True,
                 "port": self.receiver.port,
                 "force_coordinate": 0,
-                "ip": self.client.local_address(),
+                "ip": local,
             },
             "state",
         )
