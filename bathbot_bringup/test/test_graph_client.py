@@ -72,7 +72,7 @@ def test_a_service_is_asked_again_where_that_does_no_harm(client):
     sent, late = client.service(Trigger, "forgetful"), []
     send = sent.call_async
     sent.call_async = lambda request: late.append(1) or (send(request) if len(late) > 1 else Future())
-    assert client.call("ask", Trigger, "forgetful", Trigger.Request(), 4.0, attempts=2) is not None
+    assert client.call("ask", Trigger, "forgetful", Trigger.Request(), 4.0, tries=2) is not None
     assert (len(late), len(asked)) == (2, 1)
 
 

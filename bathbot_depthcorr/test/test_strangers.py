@@ -25,7 +25,8 @@ os.environ.update(transport.variables())
 if sys.argv[1] == "udp":
     transport.keep_clear_of_shared_memory()
 import rclpy
-from bathbot_depthcorr.node.endpoints_node import EndpointOwner
+from dataclasses import dataclass
+from bathbot_depthcorr.node.stage_node import StageNode
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
@@ -33,7 +34,7 @@ def stop(request, response):
     print("called", flush=True)
     return response
 rclpy.init()
-node = EndpointOwner(sys.argv[1])
+node = StageNode(sys.argv[1], dataclass(frozen=True)(type("Settings", (), dict())))
 voice = node.create_publisher(Image, "~/picture", qos_profile_sensor_data)
 service = node.create_service(Trigger, "~/stop", stop)
 print("ready", flush=True)

@@ -36,9 +36,7 @@ class RegionFinder:
         """Tell the localiser which region is wanted."""
         step = steps.SELECT
         request = SelectRegion.Request(region=self._region)
-        response = self._client.call(
-            step.name, SelectRegion, "select_region", request, step.timeout, attempts=3
-        )
+        response = self._client.call(step.name, SelectRegion, "select_region", request, step.timeout, tries=3)
         if response.error_code != SelectRegion.Response.NONE:
             raise StepError(step.name, response.error_msg)
 

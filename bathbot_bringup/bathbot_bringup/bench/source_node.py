@@ -9,7 +9,7 @@ import threading
 import time
 
 import rclpy
-from bathbot_depthcorr.node.dds.participant import joining
+from bathbot_depthcorr.node.dds.participant_node import joining
 from bathbot_depthcorr.node.stage_node import LATCHED, OK
 from bathbot_depthcorr.ros.messages import (
     extrinsics_from_transform,
@@ -64,7 +64,7 @@ class BenchSource:
 
     def __init__(self, width: int, height: int) -> None:
         """Make the frames and advertise the topics."""
-        with joining(rclpy.get_default_context().get_domain_id()):
+        with joining():
             self.node = Node("bench_source")
         camera, header = bench_camera(width, height), Header(frame_id="camera_depth_optical_frame")
         self._frames = [image_mm_from_depth(depth, header) for depth in bench_frames(camera, _FRAMES)]

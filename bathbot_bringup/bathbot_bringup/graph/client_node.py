@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from typing import Any
 
 import rclpy
-from bathbot_depthcorr.node import stage_node  # noqa: F401 - keeps DDS on this machine, before the first context
-from bathbot_depthcorr.node.dds.participant import joining
+from bathbot_depthcorr.node.dds.participant_node import joining
 from lifecycle_msgs.srv import GetState
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
@@ -28,7 +27,7 @@ class GraphClient:
     def __init__(self, name: str, domain: int | None = None) -> None:
         """Join the domain; None takes the environment's, whose transport its processes share."""
         rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        with joining(rclpy.get_default_context().get_domain_id()):
+        with joining():
             self.node = Node(f"{name}_{os.getpid()}")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
@@ -94,9 +93,7 @@ class GraphClient:
         future = client.call_async(GetState.Request())
         return self.spin_until(future.done, 2.0) and future.result().current_state.label == "active"
 
-    def call(
-        self, step: str, kind: type, service: str, request: Any, timeout: float, attempts: int = 1
-    ) -> Any:
+    def call(self, step: str, kind: type, service: str, request: Any, timeout: float, tries: int = 1) -> Any:
         """Call a service and wait for its response.
 
         Args:
@@ -104,8 +101,8 @@ class GraphClient:
             kind: Of the service.
             service: Its name.
             request: What to ask.
-            timeout: [s], for all attempts together.
-            attempts: How often to ask; more than once only where asking twice does no harm.
+            timeout: [s], for all tries together.
+            tries: How often to ask; more than once only where asking twice does no harm.
 
         Raises:
             StepError: When the service is not offered or does not answer in time.
@@ -113,7 +110,7 @@ class GraphClient:
         client, deadline = self.service(kind, service), time.monotonic() + timeout
         if not self.spin_until(client.service_is_ready, timeout):
             raise StepError(step, f"nobody offers the service {service}; is its node running?")
-        for left in range(attempts, 0, -1):
+        for left in range(tries, 0, -1):
             future = client.call_async(request)
             if self.spin_until(future.done, max((deadline - time.monotonic()) / left, 0.1)):
                 return future.result()

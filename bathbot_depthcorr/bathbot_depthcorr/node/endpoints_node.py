@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
-import rclpy
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.lifecycle import LifecycleNode
@@ -15,7 +14,6 @@ from rclpy.timer import Timer
 from std_srvs.srv import Trigger
 
 from bathbot_depthcorr.errors import BathbotError
-from bathbot_depthcorr.node.dds.participant import joining
 from bathbot_depthcorr.node.lifetime import Lifetime, Rank
 from bathbot_depthcorr.node.long_work_node import Call, LongAction, at_once, beside
 from bathbot_depthcorr.node.newest_worker import NewestWorker
@@ -53,9 +51,7 @@ class EndpointOwner(LifecycleNode):
 
     def __init__(self, name: str, **options: Any) -> None:
         """Make the node; `options` are those of rclpy's `Node`."""
-        context = options.get("context") or rclpy.get_default_context()
-        with joining(context.get_domain_id()):
-            super().__init__(name, **options)
+        super().__init__(name, **options)
         # An answer that waits would hold the node's own group, and with it every other callback.
         self._slow_services = MutuallyExclusiveCallbackGroup()
 

@@ -4,18 +4,14 @@ A stage overrides `setup` and `start`; what it makes there by the methods of `En
 itself. A `BathbotError` raised in either becomes one log line, a diagnostic and a failed transition.
 """
 
-import os
 from collections.abc import Callable
 from typing import Any
-
-from bathbot_depthcorr.node.dds import transport
-
-os.environ.update(transport.variables())
 
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node import parameters_node
+from bathbot_depthcorr.node.dds.participant_node import joining
 from bathbot_depthcorr.node.diagnostic_node import ERROR, OK, WARN, Diagnostic
 from bathbot_depthcorr.node.endpoints_node import LATCHED, EndpointOwner
 from bathbot_depthcorr.node.lifetime import Lifetime
@@ -35,7 +31,8 @@ class StageNode(EndpointOwner):
             settings_type: Dataclass whose fields are made by `parameters.setting`.
             options: Of rclpy's `Node`, such as `parameter_overrides`.
         """
-        super().__init__(name, **options)
+        with joining(options.get("context")):
+            super().__init__(name, **options)
         self._settings_type = settings_type
         self._configured, self._active = Lifetime(), Lifetime()
         parameters_node.declare(self, settings_type)

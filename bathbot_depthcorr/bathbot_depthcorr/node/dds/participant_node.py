@@ -1,4 +1,4 @@
-"""The moment in which a process joins the graph: from then on nobody reaches it but whom the reach allows."""
+"""A process joins the graph: from then on nobody reaches it but whom the reach allows."""
 
 import os
 import threading
@@ -6,18 +6,23 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from rclpy import get_default_context
+from rclpy.context import Context
+
 from bathbot_depthcorr.node.dds import reach, shared_memory, socket_filter, transport, udp_ports
 from bathbot_depthcorr.node.dds.reach import Reach
+
+os.environ.update(transport.variables())  # which the first context reads
 
 _LOOK = 0.2  # [s] between looks at whose the ports of this machine are; who is new is heard that much later
 
 
 @contextmanager
-def joining(domain: int) -> Iterator[None]:
-    """Make the first node of a context within this.
+def joining(context: Context | None = None) -> Iterator[None]:
+    """Make a node within this, or nobody keeps strangers from it.
 
     Args:
-        domain: Of DDS.
+        context: The node's; None: the default one.
 
     Raises:
         SettingsError: When the environment asks for a reach that cannot be kept to.
@@ -29,7 +34,7 @@ def joining(domain: int) -> Iterator[None]:
         return
     shared_memory.clean()
     if transport.shares_memory():
-        shared_memory.refuse_foreign(udp_ports.of_domain(domain))
+        shared_memory.refuse_foreign(udp_ports.of_domain((context or get_default_context()).get_domain_id()))
     before = _own_sockets()
     yield
     shared_memory.close_to_others()
