@@ -23,8 +23,8 @@ setup(
     entry_points={
         "console_scripts": [
             "bathbot = bathbot_bringup.command.cli:main",
-            "recorder = bathbot_bringup.bag.recorder_node:main",
-            "replayer = bathbot_bringup.bag.replayer_node:main",
+            "recorder = bathbot_bringup.bag.recording.recorder_node:main",
+            "replayer = bathbot_bringup.bag.replaying.replayer_node:main",
             "sim_camera = bathbot_bringup.sim.camera.sim_camera_node:main",
             "sim_rm65 = bathbot_bringup.sim.arm.sim_rm65_node:main",
         ],

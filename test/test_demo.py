@@ -88,16 +88,23 @@ class TestDemo:
 
 
 @pytest.mark.timeout(180)
-def test_ctrl_c_ends_all_and_says_so(tmp_path):
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [(signal.SIGINT, "interrupted by Ctrl-C"), (signal.SIGHUP, "the terminal was closed")],
+    ids=["ctrl-c", "hang-up"],
+)
+def test_a_signal_ends_all_and_is_named(tmp_path, number, said):
+    ignored = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # as in a terminal: programs inherit it
     with subprocess.Popen(
         [*DEMO, "--out", str(tmp_path / "out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as demo:
         _wait_for(lambda: len(processes_with(str(tmp_path))) > 1, 60.0)
         time.sleep(1.0)
-        demo.send_signal(signal.SIGINT)
+        signal.signal(signal.SIGHUP, ignored)
+        demo.send_signal(number)
         out, err = demo.communicate(timeout=90.0)
-    assert (demo.returncode, err) == (130, "")
-    assert "interrupted by Ctrl-C" in out
+    assert (demo.returncode, err) == (128 + number, "")
+    assert said in out
     assert processes_with(str(tmp_path)) == []
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["done"] is False
 

@@ -45,7 +45,8 @@ SHORT = {
     "bathbot_scrub/segment/messages.py": "its codec",
     "bathbot_scrub/path/triangle_normals.py": "Eqs. (11)-(13), which stand alone",
     "bathbot_bringup/evaluation/safety/virtual/wire.py": "latency and jitter, which stand alone",
-    "bathbot_bringup/bag/recorder_settings.py": "settings",
+    "bathbot_bringup/bag/recording/recorder_qos_node.py": "DDS's offers, in rosbag2's words",
+    "bathbot_bringup/bag/recording/recorder_settings.py": "settings",
 }
 """Files below 40 lines, and why: a table, errors, settings, or an equation or type that stands alone."""
 

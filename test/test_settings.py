@@ -18,8 +18,8 @@ NODES = {
     "target_localizer": "bathbot_localize.target_localizer_node",
     "scrub_planner": "bathbot_scrub.scrub_planner_node",
     "rm65_driver": "bathbot_scrub.rm65.ros.rm65_driver_node",
-    "recorder": "bathbot_bringup.bag.recorder_node",
-    "replayer": "bathbot_bringup.bag.replayer_node",
+    "recorder": "bathbot_bringup.bag.recording.recorder_node",
+    "replayer": "bathbot_bringup.bag.replaying.replayer_node",
     "sim_camera": "bathbot_bringup.sim.camera.sim_camera_node",
     "sim_rm65": "bathbot_bringup.sim.arm.sim_rm65_node",
 }

@@ -33,11 +33,11 @@ def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
     clear_results(settings.out)
     log.say(f"bathing {settings.region} of simulated person {settings.seed}, scenario {settings.scenario}")
     job = DemoJob(settings, log)
-    interrupted = False
+    interruption: KeyboardInterrupt | None = None
     try:
         job.run()
-    except KeyboardInterrupt:
-        job.failure, interrupted = "interrupted by Ctrl-C", True
+    except KeyboardInterrupt as stop:
+        job.failure, interruption = str(stop) or "interrupted by Ctrl-C", stop
     except (StepError, ProcessError) as error:
         if job.starting and isinstance(error, ProcessError) and error.exit_code == 2:
             raise
@@ -50,8 +50,8 @@ def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
     print_summary(log.console, summary)
     files = sorted(file.name for file in settings.out.iterdir() if file.is_file())
     log.say(f"results are in {settings.out}: {', '.join(files)}")
-    if interrupted:
-        raise KeyboardInterrupt
+    if interruption:
+        raise interruption
     return 0 if summary["done"] else 1
 
 

@@ -19,6 +19,10 @@ class BagError(InputError):
     """A bag that cannot be read, or that lacks what is asked of it."""
 
 
+class ReplayError(BringupError):
+    """A replay that is not what was recorded."""
+
+
 class ProcessError(BringupError):
     """A process of the graph did not start, or died.
 

@@ -2,8 +2,10 @@
 
 import json
 import math
+import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,6 +39,21 @@ def log_folder(purpose: str) -> Iterator[Path]:
     finally:
         if not keep:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def clean_folders(older_than: float = 86400.0) -> int:
+    """Remove temporary folders of `log_folder` that nobody touched for so long [s]; how many they were."""
+    found = [
+        folder
+        for folder in Path(tempfile.gettempdir()).glob("bathbot-*-*")
+        if folder.is_dir()
+        and not folder.is_symlink()
+        and folder.stat().st_uid == os.geteuid()
+        and time.time() - max(path.stat().st_mtime for path in (folder, *folder.rglob("*"))) > older_than
+    ]
+    for folder in found:
+        shutil.rmtree(folder, ignore_errors=True)
+    return len(found)
 
 
 def plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""A bag of the running graph: ros2 launch bathbot_bringup record.launch.py bag:=monday profile:=default."""
+"""A bag of the running graph: ros2 launch bathbot_bringup record.launch.py bag:=monday."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
@@ -12,8 +12,10 @@ def generate_launch_description() -> LaunchDescription:
     share = FindPackageShare("bathbot_bringup")
     arguments = [
         ("bag", None, "new folder, or new file ending in .mcap"),
-        ("profile", "default", "privacy profile: default, arm or calibration"),
-        ("consent", "", "who agreed and when; profiles with pictures need it"),
+        ("profile", "metrics_only", "privacy profile: metrics_only, depth_only or full"),
+        ("who", "", "who agreed to be recorded; profiles with pictures need it"),
+        ("when", "", "when they agreed, such as 2026-01-31; likewise"),
+        ("why", "", "what they agreed to: the purpose, and how long it is kept; likewise"),
         (
             "params_file",
             PathJoinSubstitution([share, "config", "overlay.yaml"]),
@@ -21,7 +23,7 @@ def generate_launch_description() -> LaunchDescription:
         ),
         ("log_level", "info", "debug, info, warn or error"),
     ]
-    chosen = ("bag", "profile", "consent")
+    chosen = ("bag", "profile", "who", "when", "why")
     return LaunchDescription(
         [
             *(

@@ -60,7 +60,7 @@ def test_help_loads_nothing_heavy():
     pytest.param("replay nowhere", "there is no bag nowhere", id="bag"),
     pytest.param("replay nowhere --rate 0", "0", id="replay rate"),
     pytest.param("record --out x --profile all", "no privacy profile is named 'all'", id="profile"),
-    pytest.param("record --out x --profile calibration", "needs consent", id="consent"),
+    pytest.param("record --out x --profile full", "needs consent", id="consent"),
     pytest.param("node camera", "no node is named 'camera'; did you mean sim_camera?", id="node"),
     pytest.param("calibrate depth nowhere --out x.npz", "nowhere", id="calibration bag"),
     pytest.param("calibrate depth nowhere --out x.npz --board 11", "got '11'", id="board"),
@@ -148,6 +148,15 @@ def test_mistakes_leave_no_traceback_in_a_real_process():
 def test_the_nodes_are_listed(capsys):
     assert run(["node"]) == 0
     assert "rm65_driver" in capsys.readouterr().out
+
+
+def test_a_node_explains_its_parameters_with_units_and_ranges(capsys):
+    assert run(["node", "rm65_driver", "--help"]) == 0
+    told = capsys.readouterr().out
+    assert "retract_speed: " in told
+    assert "[m/s]; must lie in" in told
+    assert run(["node", "--help"]) == 0
+    assert "list the nodes" in capsys.readouterr().out
 
 
 def test_the_version_is_shown(capsys):

@@ -3,10 +3,9 @@ import csv
 import cv2
 import numpy as np
 import pytest
-from bathbot_bringup.bag.recorder import Recorder, Topic
+from bags import write_bag
 from bathbot_bringup.command.cli import run
 from bathbot_depthcorr.ros.messages import image_from_colour
-from rclpy.serialization import serialize_message
 from skimage import data
 from std_msgs.msg import Header
 
@@ -35,12 +34,9 @@ def test_a_folder_a_bag_and_a_broken_file_in_one_go(tmp_path, portrait, capsys):
     folder = tmp_path / "folder"
     folder.mkdir()
     portrait.rename(folder / "portrait.png")
-    recorder = Recorder(tmp_path / "bag")
-    recorder.add(Topic("/camera/camera/color/image_raw", "sensor_msgs/msg/Image", []))
-    message = serialize_message(image_from_colour(np.ascontiguousarray(data.astronaut()), Header()))
-    for index in range(3):
-        recorder.put("/camera/camera/color/image_raw", index + 1, message)
-    recorder.close()
+    message = image_from_colour(np.ascontiguousarray(data.astronaut()), Header())
+    topic = ("/camera/camera/color/image_raw", "sensor_msgs/msg/Image")
+    write_bag(tmp_path / "bag", [(*topic, index + 1, message) for index in range(3)])
     (tmp_path / "broken.jpg").write_bytes(b"nothing")
     paths = [folder, tmp_path / "broken.jpg", tmp_path / "bag"]
     assert run(["detect", *map(str, paths), "--out", str(tmp_path / "out"), "--every", "2"]) == 2
@@ -51,7 +47,7 @@ def test_a_folder_a_bag_and_a_broken_file_in_one_go(tmp_path, portrait, capsys):
 
 
 def test_a_bag_without_pictures_says_how_to_record_some(tmp_path, capsys):
-    Recorder(tmp_path / "bag").close()
+    write_bag(tmp_path / "bag", [])
     assert run(["detect", str(tmp_path / "bag"), "--out", str(tmp_path / "out")]) == 2
     assert "holds no colour pictures" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -2,11 +2,21 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
 from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_bringup.graph.interruption import forget_interruption, held_back, interrupt, raise_if_interrupted
+from bathbot_bringup.graph.interruption import (
+    SIGNALS,
+    Interrupted,
+    forget_interruption,
+    heed_signals,
+    held_back,
+    interrupt,
+    raise_if_interrupted,
+)
 from bathbot_bringup.graph.isolation import free_domain, used_ports
 
 
@@ -18,12 +28,22 @@ class Swallower:
         time.sleep(0.05)  # the handler runs in here
 
 
+@pytest.fixture(autouse=True)
+def as_in_a_terminal():
+    """Whoever runs the tests may have had hang-ups ignored, which programs inherit."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.fixture
 def handler():
-    before = signal.signal(signal.SIGINT, interrupt)
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    heed_signals()
     forget_interruption()
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, what in before.items():
+        signal.signal(number, what)
     forget_interruption()
 
 
@@ -36,11 +56,44 @@ def test_an_interruption_inside_a_destructor_is_remembered(handler):
     raise_if_interrupted()  # once is enough
 
 
-def test_an_interruption_elsewhere_is_raised_at_once(handler):
-    with pytest.raises(KeyboardInterrupt):
-        os.kill(os.getpid(), signal.SIGINT)
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_an_interruption_elsewhere_is_raised_at_once_with_its_exit_code(handler, number, code):
+    with pytest.raises(Interrupted) as stop:
+        os.kill(os.getpid(), number)
+    assert stop.value.exit_code == code
     forget_interruption()
     raise_if_interrupted()
+
+
+HUNG_UP = """
+import sys, time
+from bathbot_bringup.graph.interruption import Interrupted, heed_signals
+heed_signals()
+print("ready", flush=True)
+try:
+    time.sleep(20.0)
+except Interrupted as stop:
+    print("this goes nowhere", flush=True)
+    sys.exit(stop.exit_code)
+"""
+
+
+@pytest.mark.graph
+@pytest.mark.parametrize(("before", "code"), [([], 129), (["nohup"], 0)], ids=["terminal", "nohup"])
+def test_a_closed_terminal_ends_a_program_in_order_unless_it_was_told_not_to(before, code):
+    ours, theirs = os.openpty()
+    command = [*before, sys.executable, "-c", HUNG_UP.replace("20.0", "1.0") if before else HUNG_UP]
+    program = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
+    os.close(theirs)
+    try:
+        time.sleep(1.0 if not before else 0.3)
+        program.send_signal(signal.SIGHUP)
+        os.close(ours)
+        assert program.wait(10.0) == code
+    finally:
+        program.kill()
 
 
 @pytest.mark.graph

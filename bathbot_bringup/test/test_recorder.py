@@ -1,14 +1,20 @@
 """The recorder as a process of its own, hearing this one over real DDS; and the writer alone."""
 
+import errno
 import os
+import shutil
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 from bathbot_bringup.bag.reading import bag_length, open_bag, read_messages, summarise_bag
-from bathbot_bringup.bag.recorder import Recorder, Topic
+from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic
+from bathbot_bringup.bag.recording.privacy import find_profile
+from bathbot_bringup.bag.recording.recorder import Arrivals, Recorder
 from bathbot_bringup.errors import BagError
+from bathbot_bringup.graph.installation import config_file
 from bathbot_bringup.graph.isolation import free_domain, used_ports
 from bathbot_bringup.graph.message_types import installed_types
 from bathbot_bringup.graph.node_table import find_node, node_command
@@ -25,7 +31,8 @@ from tf2_msgs.msg import TFMessage
 
 from bathbot_msgs.msg import ArmState
 
-STATE = "bathbot_msgs/msg/ArmState"
+STATES = Source("/arm_state", "bathbot_msgs/msg/ArmState")
+PROFILE = find_profile(config_file("bathbot_bringup", "privacy_profiles.yaml"), "metrics_only")
 
 
 def state(count: int) -> ArmState:
@@ -34,7 +41,7 @@ def state(count: int) -> ArmState:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """A bag of the default profile: states, a latched transform, and pictures that must not be in it."""
+    """A bag of the profile metrics_only: states, a latched transform, and pictures that must not be in it."""
     folder = tmp_path_factory.mktemp("recorder")
     with started({}, folder / "logs", "talker") as graph:
         node = graph.client.node
@@ -95,7 +102,7 @@ def test_other_readers_understand_it(recorded):
 
 @pytest.mark.graph
 def test_the_profile_is_noted_in_the_bag(recorded):
-    assert "privacy_profile: default" in (recorded / "metadata.yaml").read_text()
+    assert '"privacy_profile": "metrics_only"' in (recorded / "metadata.yaml").read_text()
 
 
 @pytest.mark.graph
@@ -107,7 +114,7 @@ def test_nothing_unfinished_lies_beside_it(recorded):
 @pytest.mark.parametrize(("parameters", "said"), [
     pytest.param({}, "bag is empty", id="no bag"),
     pytest.param({"bag": "x", "profile": "all"}, "no privacy profile is named 'all'", id="profile"),
-    pytest.param({"bag": "x", "profile": "calibration"}, "needs consent", id="consent"),
+    pytest.param({"bag": "x", "profile": "full"}, "needs consent", id="consent"),
     pytest.param({"bag": "x", "search_period": 99.0}, "search_period must lie in", id="value"),
     pytest.param({"bag": "x", "speed": 1}, "unknown parameter speed", id="name"),
 ])  # fmt: skip
@@ -123,11 +130,15 @@ def test_a_bad_parameter_is_one_line_and_exit_code_2(tmp_path, parameters, said)
     assert not (tmp_path / "x").exists()
 
 
-def write(target, messages, **options) -> None:
-    recorder = Recorder(target, **options)
-    recorder.add(Topic("/arm_state", STATE, []))
-    for count, stamp in enumerate(messages):
-        recorder.put("/arm_state", stamp, serialize_message(state(count)))
+def put(recorder, count, stamp=1, message=None):
+    recorder.put(Stored(STATES, stamp, stamp, serialize_message(message or state(count))))
+
+
+def write(target, stamps, **options) -> None:
+    recorder = Recorder(target, PROFILE, **options)
+    recorder.add(Topic(STATES, []))
+    for count, stamp in enumerate(stamps):
+        put(recorder, count, stamp)
     recorder.close()
 
 
@@ -157,24 +168,44 @@ def test_an_empty_recording_is_a_bag(tmp_path):
 def test_nothing_is_overwritten(tmp_path):
     write(tmp_path / "run", [1])
     with pytest.raises(BagError, match="exists already"):
-        Recorder(tmp_path / "run")
+        Recorder(tmp_path / "run", PROFILE)
 
 
 def test_a_place_that_cannot_be_written(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(BagError, match=r"cannot write a bag at .*choose another place"):
-        Recorder(tmp_path / "file" / "run")
+        Recorder(tmp_path / "file" / "run", PROFILE)
+
+
+def test_only_this_user_may_look_into_a_bag(tmp_path):
+    write(tmp_path / "run", [1])
+    modes = {path.name: path.stat().st_mode & 0o777 for path in (tmp_path / "run").iterdir()}
+    assert modes == {"run.mcap": 0o600, "metadata.yaml": 0o600}
+    assert (tmp_path / "run").stat().st_mode & 0o777 == 0o700
 
 
 def test_what_does_not_fit_the_queue_is_dropped_and_counted(tmp_path):
-    recorder = Recorder(tmp_path / "run", queue_bytes=10)
-    recorder.add(Topic("/arm_state", STATE, []))
-    recorder.put("/arm_state", 1, bytes(1000))
+    recorder = Recorder(tmp_path / "run", PROFILE, queue_bytes=10)
+    recorder.add(Topic(STATES, []))
+    put(recorder, 1)
     assert recorder.close().dropped == 1
 
 
+def test_what_the_profile_does_not_let_through_is_not_written_and_told(tmp_path):
+    recorder = Recorder(tmp_path / "run", PROFILE)
+    recorder.add(Topic(STATES, []))
+    put(recorder, 1)
+    put(recorder, 2, message=ArmState(reason="x" * 400))
+    recorder.put(Stored(STATES, 1, 1, b"\x00\x01\x00\x00picture"))
+    summary = recorder.close()
+    assert (summary.messages, summary.refused) == (1, 2)
+    assert recorder.verdict().level == Level.WARN
+    assert "does not let through: /arm_state: " in recorder.verdict().message
+    assert [topic.messages for topic in summarise_bag(tmp_path / "run")] == [1]
+
+
 def test_the_definitions_of_all_our_types_are_known():
-    assert {STATE, "bathbot_msgs/msg/SimContact", "vision_msgs/msg/Detection2DArray",
+    assert {STATES.message_type, "bathbot_msgs/msg/SimContact", "vision_msgs/msg/Detection2DArray",
             "realsense2_camera_msgs/msg/Extrinsics"} <= set(installed_types().fielddefs)  # fmt: skip
 
 
@@ -189,7 +220,7 @@ def test_an_interrupted_recorder_closes_its_bag(tmp_path):
         command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         deadline = time.monotonic() + 20.0
-        while not list(tmp_path.glob(".bag.*.part")) and time.monotonic() < deadline:
+        while not (tmp_path / "bag").exists() and time.monotonic() < deadline:
             time.sleep(0.1)
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
@@ -199,13 +230,54 @@ def test_an_interrupted_recorder_closes_its_bag(tmp_path):
     assert summarise_bag(tmp_path / "bag")
 
 
-def test_a_recorder_tells_how_it_goes(tmp_path):
-    recorder = Recorder(tmp_path / "bag", queue_bytes=10)
-    recorder.add(Topic("/arm_state", STATE, []))
-    assert recorder.verdict("default") == (Level.OK, "recording profile default")
-    recorder.put("/arm_state", 1, bytes(11))
-    assert recorder.verdict("default") == (Level.WARN, "the disk is too slow, messages were dropped")
-    recorder.failure = "no space left"
-    assert recorder.verdict("default") == (Level.ERROR, "cannot write the bag: no space left")
-    with pytest.raises(BagError, match="is not whole"):
+def until(condition):
+    deadline = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_a_full_disk_is_told_at_once_and_what_fits_later_is_written(tmp_path, monkeypatch):
+    recorder, full = Recorder(tmp_path / "bag", PROFILE), threading.Event()
+    really = os.pwrite
+
+    def pwrite(*arguments):
+        if full.is_set():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return really(*arguments)
+
+    monkeypatch.setattr(os, "pwrite", pwrite)
+    recorder.add(Topic(STATES, []))
+    assert recorder.verdict() == (Level.OK, "recording profile metrics_only")
+    put(recorder, 0)
+    until(lambda: recorder.messages == 1)
+    full.set()
+    until(lambda: recorder.failure)
+    for count in range(1, 4):
+        put(recorder, count, stamp=2)
+    until(lambda: recorder.dropped == 3)
+    assert recorder.verdict() == (Level.ERROR, "the bag lacks 3 messages so far: No space left on device")
+    full.clear()
+    until(lambda: not recorder.failure)
+    put(recorder, 4, stamp=3)
+    assert recorder.close()[1:3] == (2, 3)
+    assert [entry.message.path_id for entry in read_messages(tmp_path / "bag", ("arm_state",))] == [0, 4]
+
+
+def test_a_folder_that_is_gone_is_told(tmp_path):
+    recorder = Recorder(tmp_path / "bag", PROFILE)
+    recorder.add(Topic(STATES, []))
+    shutil.rmtree(tmp_path / "bag")
+    put(recorder, 0)
+    until(lambda: recorder.failure)
+    with pytest.raises(BagError, match=r"lacks .*No such file or directory"):
         recorder.close()
+
+
+def test_gaps_in_the_numbers_of_one_publisher_are_losses():
+    arrivals = Arrivals()
+    assert [arrivals.missed_before(number) for number in (7, 8, 11, 12, 1, 2, None, 3)] == [
+        0, 0, 2, 0, 0, 0, 0, 0,
+    ]  # fmt: skip
+    arrivals.alone = False
+    assert [arrivals.missed_before(number) for number in (5000, 4, 5001)] == [0, 0, 0]

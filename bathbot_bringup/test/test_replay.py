@@ -3,12 +3,13 @@ import subprocess
 import sys
 
 import pytest
-from bathbot_bringup.bag.recorder import Recorder, Topic
-from bathbot_bringup.bag.replayer import (
+from bags import write_bag
+from bathbot_bringup.bag.replaying.replayer import (
     ClockHands,
     Message,
     choose_topics,
     has_pictures,
+    lost,
     messages_of,
     pace,
     wait_for_listeners,
@@ -17,7 +18,7 @@ from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.processes import node_environment
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Image
 
 from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets
@@ -34,14 +35,14 @@ KINDS = {
 
 
 def bag_of(target, *topics, count=40):
-    recorder = Recorder(target)
-    for topic in topics:
-        kind, message = KINDS[topic]
-        recorder.add(Topic(topic, kind, []))
-        for index in range(count if message is not None else 0):
-            recorder.put(topic, 10**9 + 50_000_000 * index, serialize_message(message))
-    recorder.close()
-    return target
+    held = [(topic, *KINDS[topic]) for topic in topics]
+    rows = [
+        (topic, kind, 10**9 + 50_000_000 * index, message)
+        for topic, kind, message in held
+        if message is not None
+        for index in range(count)
+    ]
+    return write_bag(target, rows, [(topic, kind) for topic, kind, _ in held])
 
 
 def names(topics):
@@ -57,6 +58,12 @@ def test_with_pictures_the_pipelines_own_topics_are_made_anew(tmp_path):
 def test_without_pictures_everything_is_published(tmp_path):
     bag = bag_of(tmp_path / "bag", "/arm_state", "/contact_targets")
     assert names(choose_topics(bag, True)) == {"/arm_state", "/contact_targets"}
+
+
+def test_what_was_not_heard_again_is_lost_whatever_else_was_heard(tmp_path):
+    topics = choose_topics(bag_of(tmp_path / "bag", "/arm_state", "/camera/camera/color/image_raw"), False)
+    assert lost(topics, {"/arm_state": 38, "/surface": 9}) == {"/arm_state": 2}
+    assert lost(topics, {"/arm_state": 40}) == {}
 
 
 def test_an_empty_bag_says_so(tmp_path):

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from bathbot_bringup.bag.recorder import Recorder, Topic
+from bags import write_bag
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.report.report import Outcome, report_run
@@ -17,7 +17,6 @@ from bathbot_localize.target.target import Target, pose_from_normal
 from bathbot_scrub.arm.states import State
 from geometry_msgs.msg import PoseStamped, Vector3
 from nav_msgs.msg import Path
-from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
 from bathbot_msgs.msg import ArmState, ContactTarget, ContactTargets, ScrubSegment, SimContact
@@ -38,14 +37,11 @@ class Writer:
         self.rows.append((time, topic, message))
 
     def write(self, target):
-        recorder = Recorder(target)
-        kinds = {topic: type(message) for _, topic, message in self.rows}
-        for topic, kind in kinds.items():
-            package = kind.__module__.split(".")[0]
-            recorder.add(Topic(topic, f"{package}/msg/{kind.__name__}", []))
-        for time, topic, message in sorted(self.rows, key=lambda row: row[0]):
-            recorder.put(topic, int(time * 1e9), serialize_message(message))
-        recorder.close()
+        write_bag(target, [
+            (topic, f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}", int(time * 1e9),
+             message)
+            for time, topic, message in sorted(self.rows, key=lambda row: row[0])
+        ])  # fmt: skip
 
 
 def header(time):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_depthcorr.bounded_files import read_npz
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.files import CalibrationFileError
 from bathbot_depthcorr.geometry.camera_unit import CameraUnit
@@ -24,8 +25,7 @@ def load(path: Path | str) -> Correction:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            contents = {name: file[name] for name in file.files}
+        contents = read_npz(path)
     except FileNotFoundError as error:
         raise CalibrationFileError(
             f"no depth calibration at {path}; make one with: bathbot calibrate depth BAG --out {path}"

@@ -86,8 +86,8 @@ def check_bag(bag: Path) -> None:
     if not any(topic.name.endswith(f"/{COLOUR_TOPIC}") for topic in topics):
         held = ", ".join(topic.name for topic in topics[:5]) or "nothing"
         raise BagError(
-            f"bag {bag} holds no colour pictures, only {held}; the default privacy profile records none, "
-            "record with --profile calibration and consent"
+            f"bag {bag} holds no colour pictures, only {held}; the privacy profile metrics_only records "
+            "none, record with --profile full and consent"
         )
 
 

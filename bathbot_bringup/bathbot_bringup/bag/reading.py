@@ -9,6 +9,7 @@ from bathbot_depthcorr.ros.bag_messages import is_bag
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
 
+from bathbot_bringup.bag.bombs import refuse_bombs
 from bathbot_bringup.errors import BagError
 
 
@@ -40,13 +41,13 @@ def open_bag(path: Path) -> Iterator[AnyReader]:
     if path.is_dir() and not is_bag(path):
         raise BagError(f"{path} is a folder without metadata.yaml, so no rosbag2 bag; name the bag inside it")
     try:
+        for file in path.glob("*.mcap") if path.is_dir() else [path]:
+            refuse_bombs(file)
         reader = AnyReader([path])
         reader.open()
     except (AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise BagError(
-            f"cannot read {path} as a bag: {reason}; `mcap doctor` and `mcap recover` may help"
-        ) from error
+        raise BagError(f"cannot read {path} as a bag: {reason}; `bathbot repair` may help") from error
     try:
         yield reader
     finally:

@@ -1,5 +1,6 @@
 """Recording the simulated calibration scenes: sim_camera, the recorder and, for the marker, the arm."""
 
+import datetime
 import shutil
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -14,7 +15,8 @@ from bathbot_scrub.rm65.controller.protocol import joints_to_wire
 from numpy.typing import NDArray
 
 from bathbot_bringup.bag.reading import summarise_bag
-from bathbot_bringup.bag.recorder import refuse_existing
+from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
+from bathbot_bringup.bag.recording.privacy import Consent
 from bathbot_bringup.calibration.marker_poses import marker_poses
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.files import log_folder
@@ -109,7 +111,8 @@ def simulate_marker(scene: MarkerScene, tell: Callable[[str], None]) -> int:
 @contextmanager
 def _recording(out: Path, nodes: Mapping[str, Parameters]) -> Iterator[GraphClient]:
     """Run nodes and the recorder; yields a client of their graph once all are active."""
-    recorder = {"bag": out.absolute(), "profile": "calibration", "consent": "simulated scene, no person"}
+    consent = Consent("nobody", datetime.date.today().isoformat(), "simulated scene, no person")
+    recorder = {"bag": out.absolute(), "profile": "full", **consent._asdict()}
     try:
         with (
             log_folder("simulate") as logs,

@@ -1,11 +1,17 @@
-"""`bathbot demo` and `bathbot bathe`: the whole bathing job, simulated or with the nodes that run here."""
+"""`bathbot demo`, `bathe`, and a word each to the arm: `stop`, `pause`, `resume`, `retract`, `home`."""
 
+import os
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
+from bathbot_depthcorr.errors import BathbotError
 
 from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE
+
+if TYPE_CHECKING:
+    from bathbot_bringup.graph.client_node import GraphClient
 
 
 def demo(
@@ -71,3 +77,82 @@ def bathe(
     except StepError as error:
         log.say(f"NOT DONE: {error}")
         raise typer.Exit(1) from error
+
+
+DOMAIN = typer.Option(
+    None, min=0, max=232, help="DDS domain; left out: ROS_DOMAIN_ID, or that of the graph that runs here."
+)
+NAMESPACE = typer.Option("", help="Of the nodes, such as bath.")
+_HEARD = 3.0  # [s] within which a node that runs is heard
+
+
+def _client(domain: int | None) -> "GraphClient":
+    from bathbot_bringup.graph.client_node import GraphClient  # ROS only once it is wanted
+    from bathbot_bringup.graph.register import find_domain
+
+    return GraphClient("bathbot", find_domain(domain))
+
+
+def _call(verb: str, domain: int | None, namespace: str, timeout: float) -> None:
+    with _client(domain) as client:
+        service = "/".join(filter(None, (namespace.strip("/"), "arm", verb)))
+        typer.echo(client.trigger(verb, service, timeout) or "done")
+
+
+def stop(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Stop the arm where it is, at once. It stands until someone calls resume or retract.
+
+    Where several graphs of this user run and none is named, all are stopped. This is no emergency stop.
+    """
+    from bathbot_bringup.graph.register import running_domains
+
+    found = running_domains() if domain is None and "ROS_DOMAIN_ID" not in os.environ else []
+    refusals = []
+    for one in found or [domain]:
+        try:
+            _call("stop", one, namespace, _HEARD)
+        except BathbotError as error:  # the next arm is to be stopped all the same
+            refusals.append(error)
+    if refusals:
+        raise refusals[0]
+
+
+def pause(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Stop the arm on its way; resume goes on from there."""
+    _call("pause", domain, namespace, _HEARD)
+
+
+def resume(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Go on after a pause; after a stop or a fault, allow the arm to move again.
+
+    See first that head and way are free.
+    """
+    _call("resume", domain, namespace, 20.0)
+
+
+def retract(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Take the head off the skin, straight back. The arm MOVES."""
+    _call("retract", domain, namespace, _HEARD)
+
+
+def home(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Fold the arm, off the skin only. The arm MOVES."""
+    _call("home", domain, namespace, 60.0)
+
+
+def status(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """Say what the arm does and what its nodes complain about."""
+    from bathbot_bringup.graph.status_node import hear_status
+
+    with _client(domain) as client:
+        for line in hear_status(client, namespace, _HEARD):
+            typer.echo(line)
+
+
+def regions(domain: int = DOMAIN, namespace: str = NAMESPACE) -> None:
+    """List the regions of bare skin that are seen now, and where the arm could touch them."""
+    from bathbot_bringup.graph.status_node import hear_regions
+
+    with _client(domain) as client:
+        for line in hear_regions(client, namespace, _HEARD):
+            typer.echo(line)

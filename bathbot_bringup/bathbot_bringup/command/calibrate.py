@@ -34,7 +34,7 @@ def depth(
     source: Path = typer.Argument(
         None,
         metavar="[BAG]",
-        help="Bag of a chessboard on a flat wall, recorded with --profile calibration; or a folder of .npz "
+        help="Bag of a chessboard on a flat wall, recorded with --profile full; or a folder of .npz "
         "views with known planes.",
     ),
     out: Path = typer.Option(
@@ -60,7 +60,7 @@ def depth(
     25 degrees, so that the wall fills the picture. Raw depth is needed, not depth aligned to colour.
 
     \b
-      bathbot record --out wall --profile calibration --consent "chessboard only"
+      bathbot record --out wall --profile full --who nobody --when 2026-01-31 --why "chessboard only"
       bathbot calibrate depth wall --out d455.npz
       bathbot calibrate depth --live --out d455.npz
     """  # noqa: D301 - \b keeps the lines of examples
@@ -77,7 +77,7 @@ def depth(
 
 @app.command("hand-eye")
 def hand_eye(
-    bag: Path = typer.Argument(..., help="Bag of a marker on the arm, recorded with --profile calibration."),
+    bag: Path = typer.Argument(..., help="Bag of a marker on the arm, recorded with --profile full."),
     out: Path = typer.Option(..., "--out", help="Calibration file to write, ending in .yaml."),
 ) -> None:
     """Find where the camera stands beside the arm, from an ArUco marker that the arm shows it.
@@ -86,7 +86,7 @@ def hand_eye(
     arm poses that differ by large turns about two axes.
 
     \b
-      bathbot record --out marker --profile calibration --consent "marker only"
+      bathbot record --out marker --profile full --who nobody --when 2026-01-31 --why "marker only"
       bathbot calibrate hand-eye marker --out hand_eye.yaml
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_localize.hand_eye.recording import calibrate_bag

@@ -1,10 +1,10 @@
 """The `bathbot` command: one word per job, one line per mistake.
 
 A mistake of the user (a `BathbotError`, a bad option, a file that cannot be opened) ends in one
-line on stderr and exit code 2; Ctrl-C ends in 130, after whatever runs has been stopped.
+line on stderr and exit code 2; Ctrl-C ends in 130, SIGTERM in 143, a closed terminal in 129, after
+whatever runs has been stopped.
 """
 
-import signal
 import sys
 from collections.abc import Sequence
 from itertools import pairwise
@@ -25,7 +25,7 @@ from bathbot_bringup.command import (
     simulate,
     train,
 )
-from bathbot_bringup.graph.interruption import interrupt
+from bathbot_bringup.graph.interruption import Interrupted, heed_signals
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
@@ -34,23 +34,29 @@ app = typer.Typer(
     help="A robot arm that washes a seated person: simulation, tools for cameras and bags, evaluation.\n\n"
     "Start with `bathbot demo`; every command explains itself with --help.",
     no_args_is_help=False,
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 app.command("demo")(bathing.demo)
 app.command("bathe")(bathing.bathe)
+for verb in ("stop", "pause", "resume", "retract", "home", "status", "regions"):
+    app.command(verb)(getattr(bathing, verb))
 app.command("detect")(detect.detect)
 app.command("replay")(bags.replay)
 app.command("record")(bags.record)
+app.command("repair")(bags.repair)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(bench.app, name="bench")
 app.add_typer(train.app, name="train")
 app.add_typer(export.app, name="export")
 app.add_typer(simulate.app, name="simulate")
-app.command("node", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})(node.node)
+app.command(  # its help is also that of each node, which it writes itself
+    "node",
+    context_settings={"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []},
+)(node.node)
+app.command("clean")(node.clean)
 app.command("sim-arm", cls=node.FaultHelp)(node.sim_arm)
 
 
@@ -96,6 +102,8 @@ def run(arguments: Sequence[str]) -> int:
         if error.filename is None:
             raise
         return _complain(f"{error.strerror}: {error.filename}; check the path and its permissions")
+    except Interrupted as stop:
+        return stop.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
     except Exception as error:
@@ -107,8 +115,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # also when a shell started us with them ignored
-        signal.signal(number, interrupt)
+    heed_signals()
     sys.exit(run(sys.argv[1:]))
 
 

@@ -1,4 +1,4 @@
-"""`bathbot node`, `bathbot sim-arm`: run one part of the graph by itself."""
+"""`bathbot node`, `sim-arm`: run one part of the graph by itself; `clean`: what such programs left."""
 
 import math
 import os
@@ -8,6 +8,8 @@ from click import Context, HelpFormatter
 from typer.core import TyperCommand
 
 from bathbot_bringup.graph import node_table
+
+_HELP = ("-h", "--help")
 
 
 def node(
@@ -21,8 +23,16 @@ def node(
     \b
       bathbot node                                          list the nodes
       bathbot node skin_detector                            run one
+      bathbot node skin_detector --help                     its parameters, with units and ranges
       bathbot node sim_camera --ros-args -p seed:=3         with another parameter
     """  # noqa: D301 - \b keeps the lines of examples
+    asked = [word for word in (name, *context.args) if word in _HELP]
+    if name in _HELP:
+        typer.echo(context.get_help())
+        return
+    if name and asked:
+        typer.echo(_about(node_table.find_node(name)))
+        return
     if not name:
         for entry in node_table.NODES.values():
             typer.echo(f"{entry.name:18}{entry.about}   ({entry.module})")
@@ -30,6 +40,28 @@ def node(
     command = node_table.node_command(node_table.find_node(name))
     further = [argument for argument in context.args if argument != "--ros-args"]
     os.execv(command[0], [*command, *further])
+
+
+def _about(entry: node_table.NodeEntry) -> str:
+    """What a node is and what may be set: its parameter file has meaning, unit, range and default of each."""
+    return (
+        f"{entry.name}: {entry.about}\n\n"
+        f"Set one parameter with --ros-args -p name:=value, or all by a copy of this and --params-file:\n\n"
+        f"{entry.parameter_file.read_text(encoding='utf-8')}"
+    )
+
+
+def clean() -> None:
+    """Remove what killed programs of bathbot have left: shared memory, and temporary folders a day old.
+
+    Shared memory is also cleaned whenever a node starts; what a living program uses stays.
+    """
+    from bathbot_depthcorr.node.dds import shared_memory
+
+    from bathbot_bringup.files import clean_folders
+
+    megabytes, folders = shared_memory.clean() / 2**20, clean_folders()
+    typer.echo(f"removed {megabytes:.1f} MB of shared memory and {folders} temporary folders")
 
 
 class FaultHelp(TyperCommand):

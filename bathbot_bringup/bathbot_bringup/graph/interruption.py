@@ -1,38 +1,86 @@
-"""Ctrl-C that is not lost: Python drops an exception that a signal raises inside a destructor.
+"""An end that a person or the system asks for, and that is not lost: Ctrl-C, SIGTERM, a closed terminal.
 
-`interrupt` is the handler of SIGINT and SIGTERM. It raises at once, and it also leaves a note, which loops
-that destroy many small objects - a node's futures, say - look at with `raise_if_interrupted`.
+Python drops an exception that a signal raises inside a destructor. So `interrupt`, the handler, raises at
+once and also leaves a note, which loops that destroy many small objects - a node's futures, say - look at
+with `raise_if_interrupted`.
 """
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_pressed = threading.Event()
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_WORDS = {
+    signal.SIGINT: "interrupted by Ctrl-C",
+    signal.SIGTERM: "ended by SIGTERM",
+    signal.SIGHUP: "the terminal was closed",
+}
+_came: list[int] = []
+
+
+class Interrupted(KeyboardInterrupt):
+    """Somebody asked this program to end.
+
+    Attributes:
+        number: Of the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        """Keep the signal."""
+        self.number = number
+        super().__init__(_WORDS[signal.Signals(number)])
+
+    @property
+    def exit_code(self) -> int:
+        """What a shell expects of a program that a signal has ended."""
+        return 128 + self.number
+
+
+def heed_signals() -> None:
+    """Have the main thread end on each of `SIGNALS`, also where a shell started it with Ctrl-C ignored.
+
+    Who starts a program with `nohup` wants it to outlive the terminal.
+    """
+    for number in SIGNALS:
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, interrupt)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
     """Handle a signal: end whatever runs."""
-    _pressed.set()
-    raise KeyboardInterrupt
+    _came.append(number)
+    if number == signal.SIGHUP:
+        _let_go_of_terminal()
+    raise Interrupted(number)
+
+
+def _let_go_of_terminal() -> None:
+    """What is still to be said goes nowhere: to write to a closed terminal is an error."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in range(3):
+        if os.isatty(stream):
+            os.dup2(nowhere, stream)
+    os.close(nowhere)
 
 
 def forget_interruption() -> None:
-    """Begin anew: what was pressed before has had its effect."""
-    _pressed.clear()
+    """Begin anew: what was asked before has had its effect."""
+    _came.clear()
 
 
 def raise_if_interrupted() -> None:
     """Do what the handler meant to do, if that was lost.
 
     Raises:
-        KeyboardInterrupt: If a signal came since `forget_interruption`.
+        Interrupted: If a signal came since `forget_interruption`.
     """
-    if _pressed.is_set():
-        _pressed.clear()
-        raise KeyboardInterrupt
+    if _came:
+        number = _came[0]
+        _came.clear()
+        raise Interrupted(number)
 
 
 @contextmanager
@@ -42,10 +90,7 @@ def held_back() -> Iterator[None]:
         yield
         return
     came: list[int] = []
-    before = {
-        number: signal.signal(number, lambda number, _: came.append(number))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    before = {number: signal.signal(number, lambda number, _: came.append(number)) for number in SIGNALS}
     try:
         yield
     finally:

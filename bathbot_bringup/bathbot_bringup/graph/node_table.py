@@ -40,11 +40,11 @@ NODES = {
         NodeEntry("rm65_driver", "bathbot_scrub.rm65.ros.rm65_driver_node", 0, "arm and force guard"),
         NodeEntry("scrub_planner", "bathbot_scrub.scrub_planner_node", 5, "scrub path in segments"),
         NodeEntry("target_localizer", "bathbot_localize.target_localizer_node", 5, "pixel to pose"),
-        NodeEntry("recorder", "bathbot_bringup.bag.recorder_node", 5, "writes a bag"),
+        NodeEntry("recorder", "bathbot_bringup.bag.recording.recorder_node", 5, "writes a bag"),
         NodeEntry("depth_corrector", "bathbot_depthcorr.live.depth_corrector_node", 5, "corrects depth"),
         NodeEntry("skin_detector", "bathbot_perception.skin_detector_node", 10, "finds bare skin"),
         NodeEntry("sim_camera", "bathbot_bringup.sim.camera.sim_camera_node", 5, "simulated D455"),
-        NodeEntry("replayer", "bathbot_bringup.bag.replayer_node", 5, "publishes a bag again"),
+        NodeEntry("replayer", "bathbot_bringup.bag.replaying.replayer_node", 5, "publishes a bag again"),
     )
 }
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bathbot_bringup.errors import ProcessError
-from bathbot_bringup.graph.interruption import held_back
+from bathbot_bringup.graph.interruption import SIGNALS, held_back
 
 _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
@@ -56,11 +56,11 @@ def isolated_environment(domain: int, logs: Path) -> dict[str, str]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Ignore Ctrl-C and SIGTERM while processes are being ended; a second one must not leave any behind."""
+    """Ignore Ctrl-C and its like while processes are being ended; a second one must not leave any behind."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in SIGNALS}
     try:
         yield
     finally:

@@ -23,6 +23,7 @@ from bathbot_bringup.graph.processes import (
     ProcessGroup,
     isolated_environment,
 )
+from bathbot_bringup.graph.register import registered
 
 if TYPE_CHECKING:
     from bathbot_bringup.graph.client_node import GraphClient
@@ -94,7 +95,7 @@ def started(
     from bathbot_bringup.graph.client_node import GraphClient  # ROS only once a graph is wanted
 
     domain = free_domain(os.getpid() + _OTHER * next(_graphs), used_ports())
-    with ProcessGroup(logs, isolated_environment(domain, logs), patience) as group:
+    with registered(domain), ProcessGroup(logs, isolated_environment(domain, logs), patience) as group:
         for name, parameters in nodes.items():
             start_node(group, name, parameters)
         with GraphClient(client, domain) as joined:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
+from bathbot_depthcorr.bounded_files import read_yaml
 from bathbot_depthcorr.geometry.rigid import transform_from
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -97,7 +98,7 @@ def load_scenario(name: str) -> Scenario:
             f"no scenario {name!r}; there are {', '.join(scenario_names())}, or give a .yaml file"
         )
     try:
-        content = yaml.safe_load(path.read_text()) or {}
+        content = read_yaml(path) or {}
         known = {field.name for field in fields(Scenario)}
         if unknown := set(content) - known:
             raise SettingsError(

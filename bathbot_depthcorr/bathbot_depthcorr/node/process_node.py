@@ -24,11 +24,11 @@ _PATIENCE = 1.0  # [s] for the last lines: a terminal that stands still must not
 def run(
     node_type: type[StageNode], *arguments: str, executor: Callable[[], Executor] = EventsExecutor
 ) -> None:
-    """Run one node until Ctrl-C or SIGTERM, then end the process; with exit code 2 when it could not start.
+    """Run one node until Ctrl-C, SIGTERM or the end of its terminal, then end the process.
 
-    The signals only end the loop: the context stays valid until the node has left in order. The process ends
-    without the destructors of its libraries: those of Fast DDS race with its own threads, and a node that
-    had ended in order died of signal 11.
+    The exit code is 2 when it could not start. The signals only end the loop: the context stays valid until
+    the node has left in order. The process ends without the destructors of its libraries: those of Fast DDS
+    race with its own threads, and a node that had ended in order died of signal 11.
 
     Args:
         node_type: The node.
@@ -54,8 +54,9 @@ def run(
 
 
 def _heed_signals(stopping: threading.Event) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, lambda *_: stopping.set())
 
 
 def _served(node_type: type[StageNode], executor: Executor, stopping: threading.Event) -> bool:

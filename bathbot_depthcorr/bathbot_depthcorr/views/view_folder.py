@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bathbot_depthcorr.bounded_files import read_npz
 from bathbot_depthcorr.errors import BathbotError, DepthcorrError
 from bathbot_depthcorr.files import write_atomically, write_npz
 from bathbot_depthcorr.geometry.camera_unit import DEFAULT_BASELINE, CameraUnit
@@ -95,8 +96,7 @@ def _view_files(folder: Path) -> list[Path]:
 
 def _contents(path: Path) -> dict[str, NDArray]:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
+        return read_npz(path)
     except Exception as error:  # a damaged archive leads numpy to errors of any kind
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise ViewFolderError(f"cannot read {path}: {reason}; is it a complete .npz file?") from error

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
+from bathbot_depthcorr.bounded_files import read_yaml
 from bathbot_depthcorr.files import write_atomically
 from bathbot_depthcorr.geometry.rigid import (
     quaternion_from_rotation,
@@ -90,7 +91,7 @@ def load_hand_eye(path: Path | str) -> HandEye:
     if not str(path):
         raise HandEyeFileError(f"parameter hand_eye is empty; {advice}")
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = read_yaml(path)
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no text"
         raise HandEyeFileError(f"cannot read hand-eye file {path}: {reason}; {advice}") from error

@@ -72,7 +72,7 @@ def read_views(
         )
     infos = [message for _, message in messages(bag, COLOUR_INFO)][:1]
     if not infos:
-        raise HandEyeBagError(f"{bag} has no {COLOUR_INFO}; record with --profile calibration")
+        raise HandEyeBagError(f"{bag} has no {COLOUR_INFO}; record with --profile full")
     camera = pinhole_from_info(infos[0])
     seen: list[list[Array]] = [[] for _ in poses]
     tried = [0] * len(poses)
@@ -84,7 +84,7 @@ def read_views(
             tried[index] += 1
             _look(image, camera, marker_id, seen[index])
     if np.isnan(begun):
-        raise HandEyeBagError(f"{bag} has no {COLOUR}; record with --profile calibration")
+        raise HandEyeBagError(f"{bag} has no {COLOUR}; record with --profile full")
     views = []
     for number, (pose, corners) in enumerate(zip(poses, seen, strict=True), start=1):
         steady = len(corners) > 0 and np.ptp(np.stack(corners), axis=0).max() <= _STEADY_PX

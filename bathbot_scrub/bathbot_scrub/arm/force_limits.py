@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from bathbot_depthcorr.bounded_files import read_yaml
 from bathbot_localize.arm.scrub_head import SCRUB_HEAD, ScrubHead
 
 from bathbot_scrub.arm.collision_table import quasi_static
@@ -186,7 +187,7 @@ def load_force_limits(path: str | Path = "") -> ForceLimits:
     """
     file = Path(path) if str(path) else default_file()
     try:
-        return _parse(yaml.safe_load(file.read_text(encoding="utf-8")))
+        return _parse(read_yaml(file))
     except (OSError, UnicodeDecodeError) as error:
         raise ArmSettingsError(f"cannot read force limits {file}: {error}") from error
     except yaml.YAMLError as error:

@@ -4,12 +4,15 @@ Stamps are of time.monotonic(), the same clock in all processes of one machine.
 """
 
 import io
+import zipfile
+import zlib
 from collections import deque
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from bathbot_depthcorr.bounded_files import read_npz
 from numpy.typing import ArrayLike, NDArray
 
 from bathbot_bringup.errors import InputError
@@ -131,7 +134,7 @@ def load_trace(path: str | Path) -> TraceData:
         InputError: When it is no trace.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return TraceData(**{name: file[name] for name in TraceData._fields})
-    except (OSError, ValueError, KeyError, AttributeError, EOFError) as error:
+        arrays = read_npz(path)
+        return TraceData(**{name: arrays[name] for name in TraceData._fields})
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path} is no trace of the emulated arm: {' '.join(str(error).split())}") from error

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import yaml
+from bathbot_depthcorr.bounded_files import parse_yaml
 
 from bathbot_bringup.errors import SettingsError
 from bathbot_bringup.sim.faults.kinds import KINDS
@@ -79,7 +80,7 @@ def read_fault(text: str) -> Fault:
         SettingsError: On anything that is not a fault.
     """
     try:
-        mapping = yaml.safe_load(text)
+        mapping = parse_yaml(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise SettingsError(f"a fault is YAML such as {{kind: lost_udp}}, got {text!r:.80}") from error
     return parse_fault(mapping)

@@ -10,8 +10,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
-from bathbot_bringup.bag.replay_settings import ReplayerSettings
-from bathbot_bringup.bag.replayer import (
+from bathbot_bringup.bag.recording.privacy import PICTURE_TYPES
+from bathbot_bringup.bag.replaying.replay_settings import ReplayerSettings
+from bathbot_bringup.bag.replaying.replayer import (
     ClockHands,
     ReplayTopic,
     choose_topics,
@@ -23,14 +24,16 @@ from bathbot_bringup.errors import BringupError, SettingsError
 from bathbot_bringup.graph.message_types import message_class
 
 FINISHED = "replay finished"
+_ROOM, _PICTURES = 1000, 10  # messages that wait for a listener
 
 
 def offered_again(topic: ReplayTopic) -> QoSProfile:
-    """Offer a topic as it was offered when it was recorded."""
+    """Offer a topic as it was offered when it was recorded, with room for listeners that are held up."""
+    room = _PICTURES if topic.message_type in PICTURE_TYPES else _ROOM
     latched = topic.qos is not None and topic.qos.durability == QosDurability.TRANSIENT_LOCAL
     best_effort = topic.qos is not None and topic.qos.reliability == QosReliability.BEST_EFFORT
     return QoSProfile(
-        depth=max(topic.messages if latched else 10, 1) if topic.messages < 1000 else 1000,
+        depth=min(max(topic.messages, 1), room),
         reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )

@@ -3,9 +3,9 @@
 from rich.console import Console
 
 from bathbot_bringup.bag.reading import bag_length
-from bathbot_bringup.bag.replay_settings import ReplaySettings
-from bathbot_bringup.bag.replayer import ReplayTopic, choose_topics, has_pictures
-from bathbot_bringup.errors import ProcessError
+from bathbot_bringup.bag.replaying.replay_settings import ReplaySettings
+from bathbot_bringup.bag.replaying.replayer import ReplayTopic, choose_topics, has_pictures, lost
+from bathbot_bringup.errors import ProcessError, ReplayError
 from bathbot_bringup.files import log_folder
 from bathbot_bringup.graph.running import RunningGraph, running
 
@@ -25,6 +25,7 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
         Number of messages seen by topic.
 
     Raises:
+        ReplayError: When messages were lost on the way.
         BringupError: When the bag cannot be used or a node fails.
     """
     console = console or Console(highlight=False)
@@ -32,7 +33,7 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
     again = has_pictures([topic.name for topic in topics])
     if not again:
         console.print(
-            f"{settings.bag} holds no pictures (the default privacy profile records none), so nothing can be "
+            f"{settings.bag} holds no pictures (profile metrics_only records none), so nothing can be "
             "detected again; what it holds is published and counted",
             markup=False,
             soft_wrap=True,
@@ -44,6 +45,12 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
     ):
         counts, complaints = watch_replay(graph, settings, topics)
     _print_outcome(console, topics, counts, complaints, again)
+    if lacking := lost(topics, counts):
+        names = ", ".join(f"{number} of {name}" for name, number in sorted(lacking.items()))
+        raise ReplayError(
+            f"{sum(lacking.values())} messages were lost on the way ({names}); a lower --rate or a quieter "
+            "machine may help"
+        )
     return counts
 
 
@@ -63,7 +70,7 @@ def watch_replay(
     Raises:
         ProcessError: When a process dies or the replay does not end.
     """
-    from bathbot_bringup.bag.replay_watch_node import ReplayCounter  # ROS only once a graph runs
+    from bathbot_bringup.bag.replaying.replay_watch_node import ReplayCounter  # ROS only once a graph runs
 
     counter = ReplayCounter(graph.client.node, topics)
     graph.start("replayer", settings.parameters("replayer"))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bathbot_depthcorr.node.parameters import check, setting
 
-from bathbot_bringup.bag.recorder import refuse_existing
+from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
 from bathbot_bringup.errors import InputError, SettingsError
 from bathbot_bringup.graph.installation import SIM_CALIBRATION, SIM_HAND_EYE, config_file
 

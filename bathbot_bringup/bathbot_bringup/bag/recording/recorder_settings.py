@@ -12,8 +12,10 @@ class RecorderSettings:
     """Where and what to record."""
 
     bag: str = setting("", "Bag to make: a new folder, or a new file ending in .mcap; empty is refused")
-    profile: str = setting("default", "Name of the privacy profile, which says what topics are recorded")
-    consent: str = setting("", "Who agreed to be recorded, and when; privacy profiles with pictures need it")
+    profile: str = setting("metrics_only", "Name of the privacy profile, which says what is recorded")
+    who: str = setting("", "Who agreed to be recorded; privacy profiles with pictures need it")
+    when: str = setting("", "When they agreed, such as 2026-01-31; likewise")
+    why: str = setting("", "What they agreed to: the purpose, and how long it is kept; likewise")
     profiles: str = setting(
         "", "File of privacy profiles; empty: privacy_profiles.yaml of the package bathbot_bringup"
     )

@@ -1,7 +1,7 @@
 """Which topics of a bag to publish again, and when each message is due."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -67,6 +67,17 @@ def choose_topics(bag: Path, sources_only: bool) -> list[ReplayTopic]:
             f"bag {bag} holds no messages that could be published; was it recorded while the graph ran?"
         )
     return topics
+
+
+def counted(topics: Sequence[ReplayTopic]) -> list[ReplayTopic]:
+    """Topics whose messages are all heard again to be counted; pictures would take too long."""
+    return [topic for topic in topics if not topic.message_type.endswith("/Image")]
+
+
+def lost(topics: Sequence[ReplayTopic], heard: Mapping[str, int]) -> dict[str, int]:
+    """How many messages of each topic were not heard again; only topics that lack some."""
+    lacking = {topic.name: topic.messages - heard.get(topic.name, 0) for topic in counted(topics)}
+    return {name: number for name, number in lacking.items() if number > 0}
 
 
 def _ends_with(topic: str, endings: Sequence[str]) -> bool:

@@ -8,8 +8,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 
-from bathbot_bringup.bag.replayer import ReplayTopic
-from bathbot_bringup.bag.replayer_node import FINISHED
+from bathbot_bringup.bag.replaying.replayer import ReplayTopic, counted
+from bathbot_bringup.bag.replaying.replayer_node import FINISHED, offered_again
 from bathbot_bringup.graph.message_types import message_class
 
 MADE = {
@@ -36,15 +36,11 @@ class ReplayCounter:
         self.counts: Counter[str] = Counter()
         self.complaints: dict[str, str] = {}
         self.finished = False
-        kinds = {f"/{name}": kind for name, kind in MADE.items()}
-        kinds |= {
-            topic.name: topic.message_type for topic in topics if not topic.message_type.endswith("/Image")
-        }
-        for name, kind in kinds.items():
+        kinds = {f"/{name}": (kind, qos_profile_sensor_data) for name, kind in MADE.items()}
+        kinds |= {topic.name: (topic.message_type, offered_again(topic)) for topic in counted(topics)}
+        for name, (kind, qos) in kinds.items():
             raw = kind not in (MADE["skin_regions"], MADE["contact_targets"])
-            node.create_subscription(
-                message_class(kind), name, self._count(name), qos_profile_sensor_data, raw=raw
-            )
+            node.create_subscription(message_class(kind), name, self._count(name), qos, raw=raw)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, QoSProfile(depth=50))
 
     def _count(self, name: str) -> Callable[[Any], None]:

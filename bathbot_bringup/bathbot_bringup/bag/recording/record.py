@@ -3,16 +3,16 @@
 import time
 from pathlib import Path
 
-from bathbot_bringup.bag.privacy import find_profile
 from bathbot_bringup.bag.reading import TopicSummary, summarise_bag
-from bathbot_bringup.bag.recorder import refuse_existing
+from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
+from bathbot_bringup.bag.recording.privacy import Consent, find_profile
 from bathbot_bringup.files import log_folder
 from bathbot_bringup.graph.installation import config_file
 from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import ProcessGroup, node_environment
 
 
-def record_graph(out: Path, profile: str, consent: str, seconds: float) -> list[TopicSummary]:
+def record_graph(out: Path, profile: str, consent: Consent, seconds: float) -> list[TopicSummary]:
     """Record what the graph of this environment publishes.
 
     Args:
@@ -29,7 +29,7 @@ def record_graph(out: Path, profile: str, consent: str, seconds: float) -> list[
     """
     find_profile(config_file("bathbot_bringup", "privacy_profiles.yaml"), profile).check_consent(consent)
     refuse_existing(out)
-    parameters = {"bag": out.absolute(), "profile": profile, "consent": consent}
+    parameters = {"bag": out.absolute(), "profile": profile, **consent._asdict()}
     deadline = time.monotonic() + (seconds or float("inf"))
     with log_folder("record") as logs, ProcessGroup(logs, node_environment(logs)) as group:
         group.start("recorder", node_command(find_node("recorder"), parameters))

@@ -1,0 +1,1 @@
+"""Recording what a privacy profile allows."""

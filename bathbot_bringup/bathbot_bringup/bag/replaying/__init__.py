@@ -1,0 +1,1 @@
+"""Publishing a bag again, and the pipeline over it."""
