@@ -9,10 +9,10 @@ import threading
 import time
 
 import pytest
-from bathbot_bringup.bag.reading import bag_length, open_bag, read_messages, summarise_bag
+from bathbot_bringup.bag.reading import bag_length, notes_of, open_bag, read_messages, summarise_bag
 from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic
 from bathbot_bringup.bag.recording.privacy import find_profile
-from bathbot_bringup.bag.recording.recorder import Arrivals, Recorder
+from bathbot_bringup.bag.recording.recorder import LOST, REFUSED, Arrivals, Recorder
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.installation import config_file
 from bathbot_bringup.graph.isolation import free_domain, used_ports
@@ -202,6 +202,7 @@ def test_what_the_profile_does_not_let_through_is_not_written_and_told(tmp_path)
     assert recorder.verdict().level == Level.WARN
     assert "does not let through: /arm_state: " in recorder.verdict().message
     assert [topic.messages for topic in summarise_bag(tmp_path / "run")] == [1]
+    assert notes_of(tmp_path / "run") == {LOST: "0", REFUSED: "2"}
 
 
 def test_the_definitions_of_all_our_types_are_known():

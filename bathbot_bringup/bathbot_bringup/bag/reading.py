@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from bathbot_depthcorr.ros.bag_messages import is_bag
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
 
 from bathbot_bringup.bag.bombs import refuse_bombs
+from bathbot_bringup.bag.recording.mcap_bag import NOTES
 from bathbot_bringup.errors import BagError
 
 
@@ -62,6 +65,24 @@ def summarise_bag(path: Path) -> list[TopicSummary]:
     """
     with open_bag(path) as reader:
         return sorted(TopicSummary(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
+
+
+def notes_of(path: Path) -> dict[str, str]:
+    """What the recorder has written into a bag about it; empty for bags of others.
+
+    Raises:
+        BagError: When it cannot be read.
+    """
+    notes: dict[str, str] = {}
+    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path]:
+        try:
+            refuse_bombs(file)
+            with file.open("rb") as opened:
+                for record in make_reader(opened).iter_metadata():
+                    notes |= record.metadata if record.name == NOTES else {}
+        except (McapError, OSError, ValueError) as error:
+            raise BagError(f"cannot read {path} as a bag: {error}; `bathbot repair` may help") from error
+    return notes
 
 
 def connections_ending(reader: AnyReader, endings: tuple[str, ...]) -> list[Connection]:

@@ -25,11 +25,15 @@ def record(
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_bringup.bag.recording.privacy import Consent
     from bathbot_bringup.bag.recording.record import record_graph
+    from bathbot_bringup.bag.recording.recorder import LOST, REFUSED
 
-    summary = record_graph(out, profile, Consent(who, when, why), seconds)
+    summary, notes = record_graph(out, profile, Consent(who, when, why), seconds)
     for topic in summary:
         typer.echo(f"{topic.messages:8d}  {topic.name}  ({topic.message_type})")
     typer.echo(f"wrote {sum(topic.messages for topic in summary)} messages to {out}")
+    for what in (LOST, REFUSED):
+        if notes.get(what, "0") != "0":
+            typer.echo(f"{notes[what]} messages were {what}", err=True)
 
 
 def repair(

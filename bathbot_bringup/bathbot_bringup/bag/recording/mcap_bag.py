@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -91,6 +92,9 @@ class McapBag:
             self.note(notes)
             self.sync()
         except OSError as error:
+            if not single:
+                with suppress(OSError):  # it is not there, or holds something already
+                    file.parent.rmdir()
             raise BagError(
                 f"cannot write a bag at {target}: {error.strerror}; choose another place"
             ) from error

@@ -3,7 +3,7 @@
 import time
 from pathlib import Path
 
-from bathbot_bringup.bag.reading import TopicSummary, summarise_bag
+from bathbot_bringup.bag.reading import TopicSummary, notes_of, summarise_bag
 from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
 from bathbot_bringup.bag.recording.privacy import Consent, find_profile
 from bathbot_bringup.files import log_folder
@@ -12,7 +12,9 @@ from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import ProcessGroup, node_environment
 
 
-def record_graph(out: Path, profile: str, consent: Consent, seconds: float) -> list[TopicSummary]:
+def record_graph(
+    out: Path, profile: str, consent: Consent, seconds: float
+) -> tuple[list[TopicSummary], dict[str, str]]:
     """Record what the graph of this environment publishes.
 
     Args:
@@ -22,7 +24,7 @@ def record_graph(out: Path, profile: str, consent: Consent, seconds: float) -> l
         seconds: How long [s]; 0 means until Ctrl-C.
 
     Returns:
-        The topics in the bag.
+        The topics in the bag, and its notes.
 
     Raises:
         BringupError: On a bad argument, or when the recorder dies.
@@ -40,4 +42,4 @@ def record_graph(out: Path, profile: str, consent: Consent, seconds: float) -> l
         except KeyboardInterrupt:
             if seconds:
                 raise
-    return summarise_bag(out)
+    return summarise_bag(out), notes_of(out)

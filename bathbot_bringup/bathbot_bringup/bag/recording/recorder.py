@@ -22,6 +22,8 @@ from bathbot_bringup.bag.recording.privacy import PrivacyProfile
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.message_types import installed_types
 
+LOST, REFUSED = "lost", "refused"
+"""Names in a bag's notes: messages lost on the way, and not let through."""
 _SYNC = 0.5  # [s] between two moments at which all is on the disk
 _AGAIN = 2.0  # [s] between attempts to go on after a failure
 
@@ -157,6 +159,7 @@ class Recorder:
                 due = time.monotonic() + _SYNC
                 self._attempt(self._bag.sync)
         self._failed = 0.0  # the end is no time to wait
+        self._bag.note({LOST: str(self.dropped), REFUSED: str(self.refused)})
         self._attempt(self._bag.close)
 
     def _take(self, item: Stored | Topic | None) -> None:

@@ -82,9 +82,12 @@ class SteadyFile:
         self._hidden.unlink(missing_ok=True)
 
     def _appear(self, data: bytes) -> None:
-        self._put(data + _HEAD.pack(_SPARE, 0) + _TAIL, 0)
-        os.link(self._hidden, self._path)  # refuses to overwrite
-        self._hidden.unlink()
+        try:
+            self._put(data + _HEAD.pack(_SPARE, 0) + _TAIL, 0)
+            os.fsync(self._file)
+            os.link(self._hidden, self._path)  # refuses to overwrite
+        finally:
+            self._hidden.unlink()
         self._end = len(data)
 
     def _append(self, data: bytes) -> None:
