@@ -10,12 +10,14 @@ from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph.isolation import free_ports
-from bathbot_bringup.graph.running import started
+from bathbot_bringup.graph.running import RunningGraph, started
 from bathbot_bringup.graph.stages import StageLog
 from bathbot_bringup.report.report import Outcome, report_run
 from bathbot_bringup.report.summary_table import print_summary
 
 START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
+RECORDED = ("/arm_state", "/contact_targets", "/planned_path", "/scrub_segments", "/sim_contact", "/tf")
+RECORDER_TIMEOUT = 10.0  # [s] for the recorder to hear these
 BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
 
 
@@ -53,6 +55,23 @@ def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
     if interruption:
         raise interruption
     return 0 if summary["done"] else 1
+
+
+def _wait_until_recorded(graph: RunningGraph) -> None:
+    """Wait until the recorder hears what the report is made of.
+
+    Raises:
+        ProcessError: When it does not within a few seconds.
+    """
+    node = graph.client.node
+
+    def unheard() -> list[str]:
+        listeners = {topic: node.get_subscriptions_info_by_topic(topic) for topic in RECORDED}
+        names = {topic: {one.node_name for one in found} for topic, found in listeners.items()}
+        return [topic for topic, found in names.items() if "recorder" not in found]
+
+    if not graph.client.spin_until(lambda: not unheard(), RECORDER_TIMEOUT):
+        raise ProcessError("recorder", f"does not listen to {', '.join(unheard())}", "", "its log")
 
 
 def clear_results(out: Path) -> None:
@@ -93,6 +112,7 @@ class DemoJob:
         with started(nodes, out / "logs", "bathbot_demo") as graph:
             with self._log.stage("start", f"start {len(nodes)} nodes on DDS domain {graph.domain}"):
                 graph.wait_until_active(START_TIMEOUT)
+                _wait_until_recorded(graph)
             self.starting = False
             self._job = BathingJob(Bather(graph.client, settings.region), self._log, settings.duration)
             self._job.run()

@@ -3,8 +3,14 @@
 ros2 launch bathbot_bringup robot.launch.py arm_host:=192.168.1.18 calibration:=d455.npz hand_eye:=eye.yaml
 """
 
+from bathbot_depthcorr.node.dds import transport
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument,
+    GroupAction,
+    IncludeLaunchDescription,
+    SetEnvironmentVariable,
+)
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import LifecycleNode, Node, PushRosNamespace
@@ -69,8 +75,11 @@ def generate_launch_description() -> LaunchDescription:
         PythonLaunchDescriptionSource(PathJoinSubstitution([share, "launch", "pipeline.launch.py"])),
         launch_arguments={name: LaunchConfiguration(name) for name in passed}.items(),
     )
+    # Our own nodes see to it themselves; the camera's driver would show its pictures to the network.
+    reach = [SetEnvironmentVariable(name, value) for name, value in transport.variables().items()]
     return LaunchDescription(
         [
+            *reach,
             *(
                 DeclareLaunchArgument(name, default_value=default, description=about)
                 for name, default, about in arguments

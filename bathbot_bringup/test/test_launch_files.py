@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from bathbot_depthcorr.node.dds import reach, transport
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted(ROOT.glob("bathbot_*/launch/*.launch.py"))
@@ -107,6 +108,17 @@ def test_included_files_know_the_arguments_they_are_given(run):
             "IncludeLaunchDescription"
         ):
             assert dict(include.kwargs["launch_arguments"]).keys() <= known
+
+
+def test_the_drivers_of_others_keep_to_this_machine_too(run, monkeypatch):
+    """What is set before a process is started holds for it; ROS's default shows pictures to the network."""
+    monkeypatch.delenv(reach.VARIABLE, raising=False)
+    description = run(ROOT / "bathbot_bringup/launch/robot.launch.py")
+    chosen = {part.args[0]: part.args[1] for part in description.every("SetEnvironmentVariable")}
+    assert chosen[transport.RANGE] == "SYSTEM_DEFAULT"
+    assert chosen[transport.PROFILES] == transport.PICTURES
+    kinds = [type(part).__name__ for part in description.args[0]]
+    assert kinds.index("SetEnvironmentVariable") < kinds.index("GroupAction")
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)

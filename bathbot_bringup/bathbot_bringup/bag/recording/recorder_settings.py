@@ -20,7 +20,7 @@ class RecorderSettings:
         "", "File of privacy profiles; empty: privacy_profiles.yaml of the package bathbot_bringup"
     )
     search_period: float = setting(
-        0.5, "Time between two looks for topics that have appeared", "s", low=0.05, high=10.0
+        0.2, "Time between two looks for topics that have appeared", "s", low=0.05, high=10.0
     )
     queue_megabytes: int = setting(
         256, "Size of the messages that may wait for the disk; more are dropped and counted", "MB", low=1
