@@ -66,6 +66,8 @@ def test_help_loads_nothing_heavy():
     pytest.param("calibrate depth nowhere --out x.npz --board 11", "got '11'", id="board"),
     pytest.param("calibrate hand-eye nowhere --out x.yaml", "nowhere", id="hand-eye bag"),
     pytest.param("evaluate detector nowhere", "nowhere", id="data set"),
+    pytest.param("evaluate safety --json .", ". is a folder; name a file in it", id="numbers to a folder"),
+    pytest.param("bench arm --json /dev/null/x/y.json", "/dev/null is no folder", id="numbers to nowhere"),
     pytest.param("bench depth --size big", "a size is written as width x height", id="bench size"),
     pytest.param("bench depth --rate nan", "rate must lie in 1..120 Hz, got nan", id="bench rate"),
     pytest.param("bench depth --seconds 0", "seconds must lie in 1..3600, got 0.0", id="bench seconds"),

@@ -1,7 +1,9 @@
 """Small notations of the command line, what is wrong with a bad one, and options that commands share."""
 
+import os
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 import typer
 
@@ -13,6 +15,24 @@ PRESET = typer.Option("paper", help="Error model of the simulated depth camera: 
 CALIBRATION = typer.Option(
     None, help="Depth calibration of that camera; the one that comes with bathbot is for preset paper."
 )
+
+
+def writable(path: Path | None) -> Path | None:
+    """A file that can be written when all is computed, which may take an hour; a callback of its option.
+
+    Raises:
+        InputError: When it cannot, now.
+    """
+    if path is None:
+        return None
+    there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; name a file in it")
+    if there != path.absolute() and not there.is_dir():
+        raise InputError(f"{path} cannot be written: {there} is no folder")
+    if not os.access(there, os.W_OK):
+        raise InputError(f"{path} cannot be written: {there} is not yours to change; choose another place")
+    return path
 
 
 def seed_list(text: str) -> list[int]:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import typer
 
+from bathbot_bringup.command.arguments import writable
+
 app = typer.Typer(help="Measure speed on this machine.", no_args_is_help=False, rich_markup_mode=None)
 
 
@@ -14,7 +16,9 @@ def _group() -> None:
 
 @app.command("depth")
 def depth(
-    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    json_file: Path = typer.Option(
+        None, "--json", callback=writable, help="Write the numbers to this file too."
+    ),
     seconds: float = typer.Option(20.0, help="How long the node is watched [s]."),
     rate: float = typer.Option(30.0, help="Frames per second of the camera [Hz]."),
     size: str = typer.Option("1280x720", help="Width and height of the frames [px]."),
@@ -35,7 +39,9 @@ def depth(
 
 @app.command("arm")
 def arm(
-    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    json_file: Path = typer.Option(
+        None, "--json", callback=writable, help="Write the numbers to this file too."
+    ),
     seconds: float = typer.Option(600.0, help="How long the joint stream is watched [s]; 0: not at all."),
 ) -> None:
     """Time the arm's inverse kinematics beside EAIK and Pinocchio, and its joint stream.
@@ -54,7 +60,9 @@ def arm(
 
 @app.command("detector")
 def detector(
-    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    json_file: Path = typer.Option(
+        None, "--json", callback=writable, help="Write the numbers to this file too."
+    ),
     rounds: int = typer.Option(150, help="Pictures per model."),
     threads: int = typer.Option(2, min=1, help="CPU threads of the network."),
     size: int = typer.Option(0, help="Longer side of the input [px]; 0: as the models say."),

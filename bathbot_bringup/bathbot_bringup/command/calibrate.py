@@ -6,6 +6,8 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
+from bathbot_bringup.command.arguments import writable
+
 app = typer.Typer(
     help="Calibrate the camera's depth, or its place beside the arm.",
     no_args_is_help=False,
@@ -38,7 +40,10 @@ def depth(
         "views with known planes.",
     ),
     out: Path = typer.Option(
-        ..., "--out", help="Calibration file to write, ending in .npz; a picture goes beside it."
+        ...,
+        "--out",
+        callback=writable,
+        help="Calibration file to write, ending in .npz; a picture goes beside it.",
     ),
     model: str = typer.Option(None, "--model", help="Depth model, see below; the first is the default."),
     board: str = typer.Option("11x8", help="Inner corners of the board, along x across."),
@@ -49,7 +54,9 @@ def depth(
         False, "--live", help="Watch the camera that runs now, and tell which poses are still missing."
     ),
     camera: str = typer.Option("camera/camera", help="With --live: namespace of the camera's topics."),
-    json: Path = typer.Option(None, "--json", help="Also write the numbers of the report to this file."),
+    json: Path = typer.Option(
+        None, "--json", callback=writable, help="Also write the numbers of the report to this file."
+    ),
     views: Path = typer.Option(
         None, "--views", help="Also write the views, depth and plane without colour, to this folder."
     ),
@@ -78,7 +85,9 @@ def depth(
 @app.command("hand-eye")
 def hand_eye(
     bag: Path = typer.Argument(..., help="Bag of a marker on the arm, recorded with --profile full."),
-    out: Path = typer.Option(..., "--out", help="Calibration file to write, ending in .yaml."),
+    out: Path = typer.Option(
+        ..., "--out", callback=writable, help="Calibration file to write, ending in .yaml."
+    ),
 ) -> None:
     """Find where the camera stands beside the arm, from an ArUco marker that the arm shows it.
 

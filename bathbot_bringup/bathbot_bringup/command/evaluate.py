@@ -4,7 +4,15 @@ from pathlib import Path
 
 import typer
 
-from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE, name_list, refuse_with, seed_list
+from bathbot_bringup.command.arguments import (
+    CALIBRATION,
+    PRESET,
+    RATE,
+    name_list,
+    refuse_with,
+    seed_list,
+    writable,
+)
 
 app = typer.Typer(
     help="Measure, over many pictures or many seeds.", no_args_is_help=False, rich_markup_mode=None
@@ -19,7 +27,9 @@ def _group() -> None:
 @app.command("detector")
 def detector(
     dataset: Path = typer.Argument(..., help="PASCAL VOC folder: images/ and annotations/."),
-    json_file: Path = typer.Option(None, "--json", help="Write the numbers to this file too."),
+    json_file: Path = typer.Option(
+        None, "--json", callback=writable, help="Write the numbers to this file too."
+    ),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
     split: str = typer.Option("all", help="Which pictures: all, checked, train, val or test."),
     curves: Path = typer.Option(None, help="Draw precision over recall to this PNG file."),
@@ -58,7 +68,7 @@ def depth(
     preset: str = typer.Option(
         "paper", help="Error model of the cameras: paper, yaw, good, half, fixed or perfect."
     ),
-    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    json_file: Path = typer.Option(None, "--json", callback=writable, help="Write all numbers to this file."),
     figures: Path = typer.Option(None, help="Folder for the pictures; none are drawn if left out."),
     size: str = typer.Option("1280x720", help="Of the depth pictures [px]: 1280x720, 848x480 or 640x360."),
     poses: int = typer.Option(24, min=10, max=200, help="Views of each calibration."),
@@ -90,7 +100,9 @@ def depth(
 @app.command("demo")
 def demo(
     seeds: str = typer.Option("0-19", help="Seeds such as 3, 0-19 or 0-4,7."),
-    json_file: Path = typer.Option(None, "--json", help="Write all summaries and their spread to this file."),
+    json_file: Path = typer.Option(
+        None, "--json", callback=writable, help="Write all summaries and their spread to this file."
+    ),
     out: Path = typer.Option(None, help="Folder for the results of each seed; a temporary one if left out."),
     region: str = typer.Option("Trunk_skin", help="Region to bathe."),
     scenario: str = typer.Option("calm", help="How the person moves."),
@@ -123,7 +135,7 @@ def demo(
 @app.command("localization")
 def localization(
     seeds: str = typer.Option("0-9", help="Seeds such as 3, 0-19 or 0-4,7."),
-    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    json_file: Path = typer.Option(None, "--json", callback=writable, help="Write all numbers to this file."),
     region: str = typer.Option("Trunk_skin", help="Region to locate."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     targets: int = typer.Option(20, min=1, help="Contact targets per seed."),
@@ -152,7 +164,7 @@ def localization(
 @app.command("regions")
 def regions(
     seeds: str = typer.Option("0-99", help="Seeds such as 3, 0-19 or 0-4,7."),
-    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    json_file: Path = typer.Option(None, "--json", callback=writable, help="Write all numbers to this file."),
     region: str = typer.Option("Trunk_skin", help="Region to find."),
     scenario: str = typer.Option("calm", help="The air, and how the person moves."),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
@@ -174,7 +186,7 @@ def regions(
 
 @app.command("safety")
 def safety(
-    json_file: Path = typer.Option(None, "--json", help="Write all numbers to this file."),
+    json_file: Path = typer.Option(None, "--json", callback=writable, help="Write all numbers to this file."),
     seeds: str = typer.Option(
         "0-19", help="Seeds such as 3, 0-19 or 0-4,7: another person, place and moment."
     ),
@@ -183,8 +195,12 @@ def safety(
         None,
         help="Graphs at a time, one if left out: each takes about one core; trials of a sweep: all cores.",
     ),
-    markdown_file: Path = typer.Option(None, "--markdown", help="Write the table to this Markdown file."),
-    picture: Path = typer.Option(None, help="Draw every trial's stop time to this PNG file."),
+    markdown_file: Path = typer.Option(
+        None, "--markdown", callback=writable, help="Write the table to this Markdown file."
+    ),
+    picture: Path = typer.Option(
+        None, callback=writable, help="Draw every trial's stop time to this PNG file."
+    ),
     out: Path = typer.Option(None, help="Folder that keeps traces and logs; a temporary one if left out."),
     sweep: str = typer.Option("", help="Instead: meet a body in virtual time: pushes, leans or paths."),
     cases: str = typer.Option(

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import typer
 
+from bathbot_bringup.command.arguments import writable
+
 app = typer.Typer(help="Write models for other machines.", no_args_is_help=False, rich_markup_mode=None)
 
 
@@ -14,7 +16,7 @@ def _group() -> None:
 
 @app.command("detector")
 def detector(
-    out: Path = typer.Option(..., "--out", help="ONNX file to write."),
+    out: Path = typer.Option(..., "--out", callback=writable, help="ONNX file to write."),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
     precision: str = typer.Option(
         "fp16", help="fp32, fp16 (GPUs such as a Jetson TX2's) or int8 (CPUs; takes uint8)."
