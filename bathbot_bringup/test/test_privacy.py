@@ -40,6 +40,13 @@ def test_what_is_not_named_is_not_taken():
     assert metrics().bounds("/my_secret", "std_msgs/msg/String") is None
 
 
+def test_where_a_type_is_named_no_other_passes_in_any_profile():
+    for name in ("metrics_only", "depth_only", "full"):
+        profile = find_profile(FILE, name)
+        assert profile.bounds("/tf", "tf2_msgs/msg/TFMessage")
+        assert profile.bounds("/tf", PICTURE) is None
+
+
 def test_all_types_that_are_named_exist():
     named = {entry.message_type for profile in load_profiles(FILE).values() for entry in profile.entries}
     assert named - {"*"} <= set(installed_types().fielddefs)

@@ -77,13 +77,16 @@ class PrivacyProfile:
     entries: tuple[Entry, ...]
 
     def bounds(self, topic: str, message_type: str) -> Bounds | None:
-        """What messages of a topic and a type must keep to; None when they may not be recorded."""
+        """What messages of a topic and a type must keep to; None when they may not be recorded.
+
+        Where an entry names the topic's type, no other type of it passes, whatever stands beside it.
+        """
         if not self.pictures and message_type in PICTURE_TYPES:
             return None
-        for entry in self.entries:
-            if fnmatchcase(topic, entry.pattern) and entry.message_type in (message_type, _ANY):
-                return entry.bounds
-        return None
+        named = [entry for entry in self.entries if fnmatchcase(topic, entry.pattern)]
+        typed = [entry for entry in named if entry.message_type != _ANY]
+        fitting = [entry for entry in typed or named if entry.message_type in (message_type, _ANY)]
+        return fitting[0].bounds if fitting else None
 
     def refusal(self, bounds: Bounds, size: int, decode: Callable[[], Any]) -> str:
         """Why a message may not be recorded; empty when it may.

@@ -51,7 +51,7 @@ class RecorderNode(StageNode):
         )
         self.at_end(self._close)
         self._arrivals: dict[Source, Arrivals] = {}
-        self._unknown: set[str] = set()
+        self._unknown: set[Source] = set()
         self.every(self._settings.search_period, self._find_topics)
         self._find_topics()
 
@@ -75,16 +75,20 @@ class RecorderNode(StageNode):
     def _subscribe(self, source: Source) -> None:
         offers = self.get_publishers_info_by_topic(source.topic)
         offered = [offer.qos_profile for offer in offers if offer.topic_type == source.message_type]
-        if not offered or source.message_type in self._unknown:
+        if not offered or source in self._unknown:
             return
         try:
+            if any(heard.topic == source.topic for heard in self._arrivals):
+                raise BringupError(
+                    f"{source.topic} is offered with type {source.message_type}, too, which is not recorded"
+                )
             if not Recorder.knows(source.message_type):
                 raise BringupError(
                     f"{source.topic} of type {source.message_type} is not recorded; install its definition"
                 )
             kind = message_class(source.message_type)
         except BringupError as error:
-            self._unknown.add(source.message_type)
+            self._unknown.add(source)
             self.get_logger().warning(str(error))
             return
         self._arrivals[source] = Arrivals()
@@ -102,7 +106,7 @@ class RecorderNode(StageNode):
 
     def _report(self) -> None:
         recorder = self._recorder
-        verdict, heard = recorder.verdict(self._profile.name), len(self._arrivals)
+        verdict, heard = recorder.verdict(), len(self._arrivals)
         self.report(
             verdict.level.value, verdict.message, topics=heard, messages=recorder.messages,
             dropped=recorder.dropped, refused=recorder.refused,
