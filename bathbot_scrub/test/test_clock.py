@@ -48,3 +48,24 @@ def test_a_driver_that_was_on_its_way_wakes_up_in_fault(paused):
     told = len(cell.link.told_joints)
     cell.step(100)
     assert np.ptp(cell.link.told_joints[told:], axis=0).max() == 0.0
+
+
+def test_a_driver_that_was_stopped_while_it_judged_commands_nothing_of_before(monkeypatch):
+    """Most of a period that is not waited is spent on judging: there the process is caught."""
+    cell = LoopCell()
+    cell.on_the_way()
+    cell.step(20)
+    sense, told = cell.link.sense, len(cell.link.told_joints)
+
+    def asleep(now):
+        cell.now += 0.5
+        monkeypatch.setattr(cell.link, "sense", sense)
+        return sense(now)
+
+    monkeypatch.setattr(cell.link, "sense", asleep)
+    before = cell.link.told_joints[-1]
+    cell.step()
+    assert cell.state is State.FAULT
+    assert "stood still for 0.50" in cell.loop.guard.reason
+    cell.step(100)
+    assert np.abs(np.array(cell.link.told_joints[told:]) - before).max() == 0.0

@@ -189,7 +189,10 @@ class ControlLoop:
             self._note_pause()
             before = self.guard.state, self.guard.waiting, self.alarms
             self._judge(beat)
-            joints = self._advance() if beat.passed() else None
+            joints = None
+            if beat.passed():
+                self._note_pause()  # whoever was stopped while it judged goes on with nothing of before
+                joints = self._advance()
             if (self.guard.state, self.guard.waiting, self.alarms) != before:
                 self.lock.notify_all()
         if joints is not None:
