@@ -13,6 +13,6 @@ def write_bag(target, rows, kinds=()):
             bag.add(Topic(source, []))
             known.add(source)
     for topic, kind, time, message in rows:
-        bag.write(Stored(Source(topic, kind), time, time, serialize_message(message)))
+        bag.write(Stored(Source(topic, kind), time, serialize_message(message)))
     bag.close()
     return target

@@ -52,7 +52,7 @@ rclpy.init()
 nodes, voices = [], {}
 for topic, message in sent:  # a participant may offer one type of a topic only
     if (topic, type(message)) not in voices:
-        context = rclpy.Context(domain_id=int(sys.argv[1]))
+        context = rclpy.Context()
         context.init(domain_id=int(sys.argv[1]))
         with joining(context):
             nodes.append(rclpy.create_node(f"hostile{len(nodes)}", context=context))

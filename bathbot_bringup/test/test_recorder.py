@@ -12,7 +12,7 @@ import pytest
 from bathbot_bringup.bag.reading import bag_length, notes_of, open_bag, read_messages, summarise_bag
 from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic
 from bathbot_bringup.bag.recording.privacy import find_profile
-from bathbot_bringup.bag.recording.recorder import LOST, REFUSED, Arrivals, Recorder
+from bathbot_bringup.bag.recording.recorder import LOST, REFUSED, Recorder
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.installation import config_file
 from bathbot_bringup.graph.isolation import free_domain, used_ports
@@ -131,7 +131,7 @@ def test_a_bad_parameter_is_one_line_and_exit_code_2(tmp_path, parameters, said)
 
 
 def put(recorder, count, stamp=1, message=None):
-    recorder.put(Stored(STATES, stamp, stamp, serialize_message(message or state(count))))
+    recorder.put(Stored(STATES, stamp, serialize_message(message or state(count))))
 
 
 def write(target, stamps, **options) -> None:
@@ -196,7 +196,7 @@ def test_what_the_profile_does_not_let_through_is_not_written_and_told(tmp_path)
     recorder.add(Topic(STATES, []))
     put(recorder, 1)
     put(recorder, 2, message=ArmState(reason="x" * 400))
-    recorder.put(Stored(STATES, 1, 1, b"\x00\x01\x00\x00picture"))
+    recorder.put(Stored(STATES, 1, b"\x00\x01\x00\x00picture"))
     summary = recorder.close()
     assert (summary.messages, summary.refused) == (1, 2)
     assert recorder.verdict().level == Level.WARN
@@ -273,12 +273,3 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     until(lambda: recorder.failure)
     with pytest.raises(BagError, match=r"lacks .*No such file or directory"):
         recorder.close()
-
-
-def test_gaps_in_the_numbers_of_one_publisher_are_losses():
-    arrivals = Arrivals()
-    assert [arrivals.missed_before(number) for number in (7, 8, 11, 12, 1, 2, None, 3)] == [
-        0, 0, 2, 0, 0, 0, 0, 0,
-    ]  # fmt: skip
-    arrivals.alone = False
-    assert [arrivals.missed_before(number) for number in (5000, 4, 5001)] == [0, 0, 0]

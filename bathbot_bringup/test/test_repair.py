@@ -23,7 +23,7 @@ def unfinished(target, count=100):
     bag.add(Topic(CLOCK, []))
     for number in range(count):
         data = serialize_message(Clock(clock=Time(sec=number)))
-        bag.write(Stored(CLOCK, number + 1, number + 1, data))
+        bag.write(Stored(CLOCK, number + 1, data))
         if number % 10 == 9:
             bag.sync()
     bag.abandon()

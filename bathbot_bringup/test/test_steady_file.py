@@ -27,7 +27,7 @@ bag = McapBag(Path(sys.argv[1]), {}, CompressionType.ZSTD)
 bag.add(Topic(source, []))
 print("begun", flush=True)
 for number in range(10**9):
-    bag.write(Stored(source, number + 1, number + 1, number.to_bytes(12, "little") + bytes(3000)))
+    bag.write(Stored(source, number + 1, number.to_bytes(12, "little") + bytes(3000)))
     if number % 100 == 0:
         bag.sync()
         print(number + 1, flush=True)
@@ -59,7 +59,7 @@ def test_every_state_between_two_writes_is_a_whole_file(tmp_path, monkeypatch, s
     bag.add(Topic(CLOCK, []))
     for step in range(40):
         for number in range(10):
-            bag.write(Stored(CLOCK, 10 * step + number + 1, 1, bytes(rng.randrange(900))))
+            bag.write(Stored(CLOCK, 10 * step + number + 1, bytes(rng.randrange(900))))
         bag.sync()
         held += [(state, {10 * step, 10 * step + 10}) for state in states]
         states.clear()
@@ -78,7 +78,7 @@ def test_a_bag_that_nobody_closed_can_be_read_by_others(tmp_path):
     bag = McapBag(tmp_path / "run", {}, CompressionType.ZSTD)
     bag.add(Topic(CLOCK, []))
     for number in range(100):
-        bag.write(Stored(CLOCK, number + 1, 1, bytes(12)))
+        bag.write(Stored(CLOCK, number + 1, bytes(12)))
     bag.sync()
     for path in (tmp_path / "run", tmp_path / "run" / "run.mcap"):
         with AnyReader([path]) as reader:

@@ -19,6 +19,7 @@ _WORDS = {
     signal.SIGHUP: "the terminal was closed",
 }
 _came: list[int] = []
+_terminals: list[int] = []  # of the streams in, out and error
 
 
 class Interrupted(KeyboardInterrupt):
@@ -44,6 +45,7 @@ def heed_signals() -> None:
 
     Who starts a program with `nohup` wants it to outlive the terminal.
     """
+    _terminals[:] = filter(os.isatty, range(3))
     for number in SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, interrupt)
@@ -60,9 +62,8 @@ def interrupt(number: int, frame: FrameType | None) -> None:
 def _let_go_of_terminal() -> None:
     """What is still to be said goes nowhere: to write to a closed terminal is an error."""
     nowhere = os.open(os.devnull, os.O_RDWR)
-    for stream in range(3):
-        if os.isatty(stream):
-            os.dup2(nowhere, stream)
+    for stream in _terminals:  # one that is gone is a terminal no more
+        os.dup2(nowhere, stream)
     os.close(nowhere)
 
 

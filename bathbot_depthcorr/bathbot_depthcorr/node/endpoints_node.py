@@ -59,12 +59,12 @@ class EndpointOwner(LifecycleNode):
         self,
         message_type: type,
         topic: str,
-        callback: Callable[..., None],
+        callback: Callable[[Any], None],
         qos: QoSProfile | int,
         raw: bool = False,
         group: CallbackGroup | None = None,
     ) -> Subscription:
-        """Subscribe; `raw` hands over bytes, and a callback of two is told how they came, too."""
+        """Subscribe; `raw` hands over bytes."""
         made = self.create_subscription(message_type, topic, callback, qos, raw=raw, callback_group=group)
         self.lifetime.keep(Rank.SOURCE, lambda: self.destroy_subscription(made))
         return made

@@ -41,7 +41,6 @@ class Stored(NamedTuple):
 
     source: Source
     time: int  # received [ns]
-    published: int  # [ns]
     data: bytes  # CDR
 
 
@@ -136,7 +135,7 @@ class McapBag:
         """
         self.counts[message.source] += 1
         self._writer.add_message(
-            self._channels[message.source], message.time, message.data, message.published,
+            self._channels[message.source], message.time, message.data, message.time,
             self.counts[message.source],
         )  # fmt: skip
         self._first, self._last = min(self._first, message.time), max(self._last, message.time)

@@ -37,32 +37,12 @@ class BagSummary(NamedTuple):
     refused: int
 
 
-class Arrivals:
-    """Tells what was lost on the way from a source's publisher, by the numbers that DDS gives messages.
-
-    Attributes:
-        alone: Whether one publisher sends it; numbers of several are mixed, and tell of no gap.
-    """
-
-    def __init__(self) -> None:
-        """Nothing has come."""
-        self.alone = True
-        self._last: int | None = None
-
-    def missed_before(self, number: int | None) -> int:
-        """How many messages are missing before the one of this number; None: it has none."""
-        last, self._last = self._last, number
-        if number is None or last is None or not self.alone or number <= last:  # a new publisher begins at 1
-            return 0
-        return number - last - 1
-
-
 class Recorder:
     """Writes a bag at `target`, as `McapBag` does, in a thread of its own.
 
     Attributes:
         messages: How many were written.
-        dropped: How many were lost, before they came here or since.
+        dropped: How many were lost since they came here.
         refused: How many the privacy profile did not let through.
         failure: Why nothing is written at this moment; empty while all is well.
     """
@@ -116,11 +96,6 @@ class Recorder:
             self._waiting += len(message.data)
         self._queue.put(message)
 
-    def miss(self, messages: int) -> None:
-        """Count messages that were lost before they came here."""
-        with self._lock:
-            self.dropped += messages
-
     def verdict(self) -> Verdict:
         """How it goes."""
         if self.failure:
@@ -172,7 +147,8 @@ class Recorder:
                 self.refused += 1
                 self._refusal = f"{item.source.topic}: {refusal}"
             elif self.failure:
-                self.miss(1)
+                with self._lock:
+                    self.dropped += 1
             else:
                 self.messages += 1
                 self._attempt(lambda: self._bag.write(item))

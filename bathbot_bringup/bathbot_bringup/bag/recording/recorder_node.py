@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import StageNode
 
 from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic, refuse_existing
 from bathbot_bringup.bag.recording.privacy import Consent, PrivacyProfile, find_profile
-from bathbot_bringup.bag.recording.recorder import Arrivals, Recorder
+from bathbot_bringup.bag.recording.recorder import Recorder
 from bathbot_bringup.bag.recording.recorder_qos_node import stored_qos, subscription_qos
 from bathbot_bringup.bag.recording.recorder_settings import RecorderSettings
 from bathbot_bringup.errors import BringupError, SettingsError
@@ -50,7 +49,7 @@ class RecorderNode(StageNode):
             Path(self._settings.bag), self._profile, notes, self._settings.queue_megabytes << 20
         )
         self.at_end(self._close)
-        self._arrivals: dict[Source, Arrivals] = {}
+        self._heard: set[Source] = set()
         self._unknown: set[Source] = set()
         self.every(self._settings.search_period, self._find_topics)
         self._find_topics()
@@ -66,9 +65,7 @@ class RecorderNode(StageNode):
         for name, types in self.get_topic_names_and_types():
             for kind in types:
                 source = Source(name, kind)
-                if source in self._arrivals:
-                    self._arrivals[source].alone = self.count_publishers(name) == 1
-                elif self._profile.bounds(name, kind) is not None:
+                if source not in self._heard and self._profile.bounds(name, kind) is not None:
                     self._subscribe(source)
         self._report()
 
@@ -78,7 +75,7 @@ class RecorderNode(StageNode):
         if not offered or source in self._unknown:
             return
         try:
-            if any(heard.topic == source.topic for heard in self._arrivals):
+            if any(heard.topic == source.topic for heard in self._heard):
                 raise BringupError(
                     f"{source.topic} is offered with type {source.message_type}, too, which is not recorded"
                 )
@@ -91,22 +88,17 @@ class RecorderNode(StageNode):
             self._unknown.add(source)
             self.get_logger().warning(str(error))
             return
-        self._arrivals[source] = Arrivals()
+        self._heard.add(source)
         self._recorder.add(Topic(source, [stored_qos(profile) for profile in offered]))
         self.listen(kind, source.topic, self._writer_of(source), subscription_qos(offered), raw=True)
 
-    def _writer_of(self, source: Source) -> Callable[[bytes, dict[str, Any]], None]:
-        recorder, arrivals = self._recorder, self._arrivals[source]
-
-        def write(data: bytes, info: dict[str, Any]) -> None:
-            recorder.miss(arrivals.missed_before(info["publication_sequence_number"]))
-            recorder.put(Stored(source, info["received_timestamp"], info["source_timestamp"], data))
-
-        return write
+    def _writer_of(self, source: Source) -> Callable[[bytes], None]:
+        clock, put = self.get_clock(), self._recorder.put
+        return lambda data: put(Stored(source, clock.now().nanoseconds, data))
 
     def _report(self) -> None:
         recorder = self._recorder
-        verdict, heard = recorder.verdict(), len(self._arrivals)
+        verdict, heard = recorder.verdict(), len(self._heard)
         self.report(
             verdict.level.value, verdict.message, topics=heard, messages=recorder.messages,
             dropped=recorder.dropped, refused=recorder.refused,
