@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bathbot_bringup.bathing.job import BathingJob
-from bathbot_bringup.bathing.steps import Arrival, Sighting, settled, too_slow
+from bathbot_bringup.bathing.steps import Sighting, settled
 from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph.stages import StageLog
 from bathbot_depthcorr.geometry.rigid import transform_from
@@ -108,22 +108,3 @@ def test_targets_are_settled_only_when_the_newest_agree(positions, spread):
 
 def test_old_disagreement_does_not_matter():
     assert settled([sighting(x) for x in (5.0, -5.0, 0.1, 0.1, 0.1)], 3, 0.01)
-
-
-def arrivals(every, late, count=6):
-    return [Arrival(every * number, every * number + late) for number in range(count)]
-
-
-@given(every=st.floats(0.05, 5.0), late=st.floats(0.0, 5.0))
-def test_a_machine_is_too_slow_when_what_is_known_becomes_too_old(every, late):
-    """Just before the next target is heard, the last one's picture is as old as both together."""
-    if abs(every + late - 2.4) > 1e-6:
-        assert bool(too_slow(arrivals(every, late), 0.001, 3.0)) == (every + late > 2.4)
-
-
-def test_what_is_too_slow_is_told_with_the_numbers():
-    said = too_slow(arrivals(1.5, 1.3), 0.001, 3.0)
-    assert said.startswith("targets come 0.7 times a second, 1.3 s after their picture")
-    assert "becomes 2.8 s old, the planner gives up at 3.0 s" in said
-    assert "come 30 ms off their beat" in too_slow(arrivals(0.2, 0.3), 0.03, 3.0)
-    assert too_slow(arrivals(9.0, 9.0, count=3), 0.0, 3.0) == "", "too few to judge by"

@@ -2,29 +2,23 @@
 
 from bathbot_depthcorr.ros.messages import stamp_seconds
 from bathbot_localize.messages import targets_from_contact
-from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from diagnostic_msgs.msg import DiagnosticArray
 
 from bathbot_bringup.bathing import steps
-from bathbot_bringup.bathing.steps import Arrival, Sighting
+from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_msgs.msg import ArmState, ContactTargets
+from bathbot_msgs.msg import ContactTargets
 from bathbot_msgs.srv import SelectRegion
 
-_PATIENCE = ScrubPlannerSettings().lost_after  # [s]
 _AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
 
 
 class RegionFinder:
-    """Looks for one region; what does not succeed raises `StepError` with a reason.
-
-    Attributes:
-        arm: What the driver said last.
-    """
+    """Looks for one region; what does not succeed raises `StepError` with a reason."""
 
     def __init__(self, client: GraphClient, region: str) -> None:
-        """Listen to targets, to the arm, and to what the nodes complain about.
+        """Listen to targets, and to what the nodes complain about.
 
         Args:
             client: Has joined the graph.
@@ -32,11 +26,8 @@ class RegionFinder:
         """
         self._client, self._region = client, region
         self._sightings: list[Sighting] = []
-        self._arrivals: list[Arrival] = []
         self._complaints: dict[str, str] = {}
         self._regions_seen: set[str] = set()
-        self.arm = ArmState()
-        client.node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         client.service(SelectRegion, "select_region")
         client.node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
         client.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
@@ -50,19 +41,13 @@ class RegionFinder:
             raise StepError(step.name, response.error_msg)
 
     def look(self) -> Sighting:
-        """Gather targets while the arm is out of the way, until the newest agree.
-
-        How they come tells whether this machine keeps up, before the arm moves towards anybody.
-        """
+        """Gather targets while the arm is out of the way, until the newest agree."""
         step = steps.LOOK
         self._sightings.clear()
-        self._arrivals.clear()
         if not self._client.spin_until(
             lambda: steps.settled(self._sightings, _AGREEING, _SPREAD), step.timeout
         ):
             raise StepError(step.name, self._why("target_localizer", self._what_was_seen()))
-        if slow := steps.too_slow(self._arrivals, self.arm.period_deviation_p99, _PATIENCE):
-            raise StepError(step.name, f"this machine is too slow, or too busy: {slow}")
         return self._sightings[-1]
 
     def gather(self, count: int, timeout: float) -> list[Sighting]:
@@ -72,21 +57,17 @@ class RegionFinder:
             raise StepError(steps.LOOK.name, self._why("target_localizer", self._what_was_seen()))
         return self._sightings[:count]
 
-    def _on_arm(self, message: ArmState) -> None:
-        self.arm = message
-
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self._complaints[status.name] = status.message if status.level else ""
 
     def _on_targets(self, message: ContactTargets) -> None:
-        targets, taken = targets_from_contact(message), stamp_seconds(message.header.stamp)
-        self._arrivals.append(Arrival(taken, 1e-9 * self._client.node.get_clock().now().nanoseconds))
+        targets = targets_from_contact(message)
         self._regions_seen |= {target.region for target in targets}
         wanted = [target for target in targets if target.region == self._region]
         if wanted:
             best = max(wanted, key=lambda target: target.score)
-            self._sightings.append(Sighting(taken, best))
+            self._sightings.append(Sighting(stamp_seconds(message.header.stamp), best))
 
     def _why(self, node: str, otherwise: str) -> str:
         said = self._complaints.get(node, "")

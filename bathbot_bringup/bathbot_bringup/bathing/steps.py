@@ -1,7 +1,6 @@
 """The bathing job as a sequence of steps, and when a contact target may be trusted."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +8,6 @@ from bathbot_localize.target.target import Target
 from bathbot_perception.classes import SKIN_CLASSES
 
 from bathbot_bringup.errors import InputError
-
-_ENOUGH = 3  # arrivals to judge by
-_SHARE = 0.8  # of the planner's patience that may be used before anything moves
-_BEAT = 0.02  # [s], two periods of the arm's commands
 
 
 class Step(NamedTuple):
@@ -56,36 +51,6 @@ def full_region_name(name: str) -> str:
         if wanted in (region.lower(), region.removesuffix("_skin").lower()):
             return region
     raise InputError(f"no region is named {name!r}; there are {', '.join(SKIN_CLASSES)}")
-
-
-class Arrival(NamedTuple):
-    """When a picture was taken, and when what was found in it was heard [s], by one clock."""
-
-    taken: float
-    heard: float
-
-
-def too_slow(arrivals: Sequence[Arrival], period_p99: float, patience: float) -> str:
-    """Why a machine cannot keep up with the job, with the numbers; empty when it can.
-
-    Args:
-        arrivals: In order of time, of a few seconds.
-        period_p99: 99th percentile of how far the arm's commands come off their beat [s].
-        patience: How old what is known of the skin may become before the planner gives up [s].
-    """
-    ages = [later.heard - before.taken for before, later in pairwise(arrivals)]
-    if len(ages) >= _ENOUGH and (oldest := float(np.percentile(ages, 90))) > _SHARE * patience:
-        rate = len(ages) / max(arrivals[-1].heard - arrivals[0].heard, 1e-9)
-        late = float(np.median([arrival.heard - arrival.taken for arrival in arrivals]))
-        return (
-            f"targets come {rate:.1f} times a second, {late:.1f} s after their picture: what is known of "
-            f"the skin becomes {oldest:.1f} s old, the planner gives up at {patience:.1f} s"
-        )
-    if period_p99 > _BEAT:
-        return (
-            f"the arm's commands come {1e3 * period_p99:.0f} ms off their beat, at most {1e3 * _BEAT:.0f} ms"
-        )
-    return ""
 
 
 def settled(sightings: Sequence[Sighting], count: int, spread: float) -> bool:
