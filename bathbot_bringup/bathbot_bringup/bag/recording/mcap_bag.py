@@ -81,6 +81,7 @@ class McapBag:
         self._name, self._described = file.name, file.with_name("metadata.yaml")
         self._notes, self._channels = dict[str, str](), dict[Source, int]()
         self._about, self.counts = dict[Source, dict[str, str]](), dict[Source, int]()
+        self._offers: dict[Source, Any] = {}
         self._first, self._last = 2**63 - 1, 0  # [ns]
         try:
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=single)
@@ -126,6 +127,7 @@ class McapBag:
         schema = self._writer.register_schema(source.message_type, encoding, definition)
         self._channels[source] = self._writer.register_channel(source.topic, "cdr", schema, about)
         self._about[source], self.counts[source] = about, 0
+        self._offers[source] = yaml.safe_load(about.get("offered_qos_profiles", "[]"))
 
     def write(self, message: Stored) -> None:
         """Store a message of a topic that was announced.
@@ -192,7 +194,7 @@ class McapBag:
                             "name": source.topic,
                             "type": source.message_type,
                             "serialization_format": "cdr",
-                            "offered_qos_profiles": yaml.safe_load(about.get("offered_qos_profiles", "[]")),
+                            "offered_qos_profiles": self._offers[source],
                             "type_description_hash": about.get("topic_type_hash", ""),
                         },
                         "message_count": self.counts[source],
