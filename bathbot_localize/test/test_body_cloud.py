@@ -121,6 +121,23 @@ def test_what_the_arm_hides_is_remembered():
     assert remembered.stamp == 1.0
 
 
+def shadowed(frame, width):
+    """The frame as stereo sees it: no depth beside the arm, where one of the two cameras sees it only."""
+    arm = ~(frame.depth > look(FOLDED, BALL).depth - 0.05) & np.isfinite(frame.depth)
+    beside = np.any([np.roll(arm, -shift, axis=1) for shift in range(1, width + 1)], axis=0)
+    return frame._replace(depth=np.where(beside & ~arm, np.nan, frame.depth).astype(np.float32))
+
+
+def test_the_stereo_shadow_of_the_arm_is_the_arms_and_no_covered_lens():
+    cloud = BodyCloud(VOXEL, 60.0, 0.02)
+    cloud.update(look(FOLDED, BALL), 1.0)
+    before = cloud.update(look(FOLDED, BALL), 2.0).points
+    across = links_of(np.radians([35.0, -40.0, -100.0, 0.0, 0.0, 0.0]))
+    known = cloud.update(shadowed(look(across, BALL), 40), 3.0)
+    assert known.stamp == 3.0
+    assert len(known.points) > 0.9 * len(before)
+
+
 def test_what_the_arm_hides_for_too_long_is_unknown_not_free():
     cloud = BodyCloud(VOXEL, 10.0, 0.02)
     all_of_it = len(cloud.update(look(FOLDED, BALL), 0.0).points)

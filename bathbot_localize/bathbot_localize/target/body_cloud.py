@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from bathbot_depthcorr.geometry.rigid import inverse, transform_points
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.spatial import KDTree
 
 from bathbot_localize.arm.arm_mask import near_arm
@@ -24,6 +25,7 @@ _LEAST = 3  # points in a voxel; fewer are noise at an edge
 _BEHIND = 0.03  # [m] by which depths may differ and still be one thing
 _LENS = 0.25  # [m] nearer than which nothing is measured: it is on the lens, or an error
 _ONE_BODY = 0.4  # [m] before a place: what hides it from nearer to the lens is no hand of the same person
+_BASELINE = 0.1  # [m] between the two cameras of a D455: how wide a shadow stereo can have
 _WIDER = 0.02  # [m] that the arm is masked wider than for skin: what is left over here would stop it
 _BESIDE = 2.0  # voxels from something seen, within which lost depth is a matter of its edge
 _COMPANY = 2  # other places within `_BESIDE` without which a place stands alone
@@ -88,6 +90,7 @@ class BodyCloud:
             ],
             axis=0,
         )
+        arm |= _shadow(arm, depth, camera.fx / stride)
         workspace = frame.shape.workspace
         near = (
             np.linalg.norm(points - workspace.shoulder, axis=-1) <= workspace.within
@@ -139,6 +142,20 @@ def _distances(points: Array, others: Array, which: int = 1) -> Array:
         if len(points) and len(others)
         else np.full(len(points), np.inf)
     )
+
+
+def _shadow(arm: NDArray[np.bool_], depth: NDArray[np.float32], fx: float) -> NDArray[np.bool_]:
+    """Where a picture has no depth because one of the two stereo cameras sees the arm there, shape (H, W).
+
+    Args:
+        arm: Which pixels show the arm, shape (H, W).
+        depth: Picture [m], shape (H, W).
+        fx: Focal length [px].
+    """
+    if not arm.any():
+        return arm
+    width = int(np.ceil(_BASELINE * fx / float(depth[arm].min())))
+    return binary_dilation(arm, np.ones((1, 3), dtype=bool), iterations=width, mask=~np.isfinite(depth))
 
 
 def _said(
