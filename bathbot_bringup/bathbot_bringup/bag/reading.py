@@ -12,8 +12,10 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
 
 from bathbot_bringup.bag.bombs import refuse_bombs
-from bathbot_bringup.bag.recording.mcap_bag import NOTES
 from bathbot_bringup.errors import BagError
+
+NOTES = "bathbot"
+"""Name of our metadata in a file."""
 
 
 class TopicSummary(NamedTuple):

@@ -14,7 +14,8 @@ from mcap.writer import CompressionType
 from zstandard import ZstdError
 
 from bathbot_bringup.bag.bombs import LARGEST, refuse_bombs
-from bathbot_bringup.bag.recording.mcap_bag import NOTES, McapBag, Source, Stored
+from bathbot_bringup.bag.reading import NOTES
+from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored
 from bathbot_bringup.errors import BagError
 
 _BROKEN = (McapError, CRCValidationError, ZstdError, zlib.error, ValueError, EOFError, IndexError)

@@ -11,12 +11,11 @@ from mcap.writer import CompressionType, Writer
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
+from bathbot_bringup.bag.reading import NOTES
 from bathbot_bringup.bag.recording.steady_file import SteadyFile
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.message_types import installed_types
 
-NOTES = "bathbot"
-"""Name of our metadata in the file."""
 _VERSION = 9  # of rosbag2's metadata
 _CHUNK = 1 << 20  # [bytes]
 _AT_ONCE = 4 << 20  # [bytes] that may wait in memory
