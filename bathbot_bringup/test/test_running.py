@@ -20,7 +20,7 @@ def test_nodes_are_active_inside_watched_and_gone_afterwards(tmp_path):
             graph.client.wait(20.0)
     with running({}, tmp_path / "logs", "bathbot_test") as other:
         assert other.domain != graph.domain
-        later = other.start("recorder", bag)
+        later = other.start("recorder", {"bag": tmp_path / "again"})  # the killed one has left its own
         other.wait_until_active()
     assert later.process.poll() is not None
     assert (tmp_path / "logs" / "recorder.log").is_file()

@@ -25,7 +25,7 @@ from bathbot_bringup.command import (
     simulate,
     train,
 )
-from bathbot_bringup.graph.interruption import Interrupted, heed_signals
+from bathbot_bringup.graph.interruption import heed_signals, interrupted_code
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
@@ -102,14 +102,14 @@ def run(arguments: Sequence[str]) -> int:
         if error.filename is None:
             raise
         return _complain(f"{error.strerror}: {error.filename}; check the path and its permissions")
-    except Interrupted as stop:
-        return stop.exit_code
     except (KeyboardInterrupt, typer.Abort):
-        return INTERRUPTED
+        return interrupted_code()
     except Exception as error:
         if not hasattr(error, "format_message"):  # typer's complaints have it, real faults do not
             raise
         return _complain(_about_option(error, list(arguments)))
+    if result == INTERRUPTED:  # typer makes that of every interruption
+        return interrupted_code()
     return result if isinstance(result, int) else 0
 
 

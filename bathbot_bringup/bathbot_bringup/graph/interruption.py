@@ -19,6 +19,7 @@ _WORDS = {
     signal.SIGHUP: "the terminal was closed",
 }
 _came: list[int] = []
+_last: list[int] = [signal.SIGINT]  # signals up to now
 _terminals: list[int] = []  # of the streams in, out and error
 
 
@@ -54,6 +55,7 @@ def heed_signals() -> None:
 def interrupt(number: int, frame: FrameType | None) -> None:
     """Handle a signal: end whatever runs."""
     _came.append(number)
+    _last.append(number)
     if number == signal.SIGHUP:
         _let_go_of_terminal()
     raise Interrupted(number)
@@ -65,6 +67,11 @@ def _let_go_of_terminal() -> None:
     for stream in _terminals:  # one that is gone is a terminal no more
         os.dup2(nowhere, stream)
     os.close(nowhere)
+
+
+def interrupted_code() -> int:
+    """Exit code of a program that was interrupted, by the signal that came last."""
+    return 128 + _last[-1]
 
 
 def forget_interruption() -> None:
