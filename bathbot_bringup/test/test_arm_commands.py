@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 
 import pytest
 from bathbot_bringup.errors import InputError
@@ -73,6 +74,18 @@ def test_a_domain_is_found_by_what_is_said_first(tmp_path, monkeypatch):
         monkeypatch.setenv("ROS_DOMAIN_ID", "5")
         assert register.find_domain(None) == 5
     assert register.running_domains() == []
+
+
+def test_a_place_that_is_somebody_elses_is_not_believed(tmp_path, monkeypatch):
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with register.registered(7):
+        owner = tmp_path.stat().st_uid
+        (tmp_path / f"bathbot-{owner}").rename(tmp_path / f"bathbot-{owner + 1}")
+        monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+        assert register.running_domains() == []
+        with pytest.raises(InputError, match="is another user's"), register.registered(8):
+            pytest.fail("it was told there")
 
 
 def test_a_graph_whose_process_has_died_does_not_run(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import lz4.frame
 import pytest
 import zstandard
 from bags import write_bag
+from bathbot_bringup.bag import bombs
 from bathbot_bringup.bag.bombs import refuse_bombs
 from bathbot_bringup.bag.reading import summarise_bag
 from bathbot_bringup.bag.repair import repair_bag
@@ -51,6 +52,19 @@ def test_what_is_plain_or_damaged_passes(whole):
     for cut in range(0, len(data), 7):
         whole.write_bytes(data[:cut])
         refuse_bombs(whole)
+
+
+@pytest.mark.timeout(20)
+def test_a_file_of_nothing_or_of_tiny_records_hangs_nobody(tmp_path, monkeypatch):
+    hole = tmp_path / "hole.mcap"
+    with hole.open("wb") as file:
+        file.write(b"\x89MCAP0\r\n")
+        file.truncate(8 << 30)
+    refuse_bombs(hole)
+    monkeypatch.setattr(bombs, "_MOST_RECORDS", 1000)
+    (tmp_path / "tiny.mcap").write_bytes(b"\x89MCAP0\r\n" + struct.pack("<BQ", 0x80, 0) * 1001)
+    with pytest.raises(BagError, match="more than 1000 records"):
+        refuse_bombs(tmp_path / "tiny.mcap")
 
 
 def test_it_takes_little_memory_to_find_out(whole):

@@ -10,7 +10,6 @@ from bathbot_bringup.bag.repair import repair_bag
 from bathbot_bringup.errors import BagError
 from builtin_interfaces.msg import Time
 from mcap.reader import make_reader
-from mcap.writer import CompressionType
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 
@@ -19,7 +18,7 @@ CLOCK = Source("/clock", "rosgraph_msgs/msg/Clock")
 
 
 def unfinished(target, count=100):
-    bag = McapBag(target, {"privacy_profile": "metrics_only"}, CompressionType.ZSTD)
+    bag = McapBag(target, {"privacy_profile": "metrics_only"})
     bag.add(Topic(CLOCK, []))
     for number in range(count):
         data = serialize_message(Clock(clock=Time(sec=number)))

@@ -23,7 +23,7 @@ from pathlib import Path
 from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, Topic
 from mcap.writer import CompressionType
 source = Source("/clock", "rosgraph_msgs/msg/Clock")
-bag = McapBag(Path(sys.argv[1]), {}, CompressionType.ZSTD)
+bag = McapBag(Path(sys.argv[1]), {})
 bag.add(Topic(source, []))
 print("begun", flush=True)
 for number in range(10**9):
@@ -75,7 +75,7 @@ def test_every_state_between_two_writes_is_a_whole_file(tmp_path, monkeypatch, s
 
 
 def test_a_bag_that_nobody_closed_can_be_read_by_others(tmp_path):
-    bag = McapBag(tmp_path / "run", {}, CompressionType.ZSTD)
+    bag = McapBag(tmp_path / "run", {})
     bag.add(Topic(CLOCK, []))
     for number in range(100):
         bag.write(Stored(CLOCK, number + 1, bytes(12)))

@@ -45,6 +45,11 @@ def test_only_one_word_widens_the_reach():
         reach.chosen({reach.VARIABLE: "lan"})
 
 
+def test_a_wider_reach_is_told_with_what_it_opens():
+    assert "every user of this machine: pictures" in reach.seen_by(Reach.MACHINE)
+    assert all(reach.seen_by(one) for one in Reach)
+
+
 def test_the_network_asks_for_keys(keys):
     assert reach.chosen(keys) is Reach.NETWORK
     for name in set(keys) - {reach.VARIABLE}:

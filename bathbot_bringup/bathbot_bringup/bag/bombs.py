@@ -12,7 +12,8 @@ from bathbot_bringup.errors import BagError
 LARGEST = 256 << 20
 """What a chunk may unfold to [bytes]."""
 _HEAD, _CHUNK_START, _LENGTH = struct.Struct("<BQ"), struct.Struct("<QQQII"), struct.Struct("<Q")
-_CHUNK = 0x06
+_MAGIC, _NO_KIND, _CHUNK = b"\x89MCAP0\r\n", 0x00, 0x06
+_MOST_RECORDS = 2_000_000  # ten gigabytes of chunks of 1 MB have a tenth of that
 _FRAME = 18  # [bytes] of the head of a zstd or lz4 frame
 _PIECE = 1 << 20  # [bytes]
 
@@ -21,15 +22,18 @@ def refuse_bombs(file: Path) -> None:
     """Look at the head of every chunk, without unfolding any that tells its size.
 
     Raises:
-        BagError: When one unfolds to more than 256 MB.
+        BagError: When one unfolds to more than 256 MB, or the file has millions of records.
         OSError: When the file cannot be read.
     """
     size = file.stat().st_size
     with file.open("rb") as opened:
-        at = 8  # behind the magic
-        while at + _HEAD.size <= size:
+        at, records = len(_MAGIC), 0
+        while at + _HEAD.size <= size and records <= _MOST_RECORDS:
             opened.seek(at)
             kind, length = _HEAD.unpack(opened.read(_HEAD.size))
+            if kind == _NO_KIND:
+                return  # from here on it is no MCAP file; whoever reads it says so
+            records += 1
             if kind == _CHUNK and at + _HEAD.size + length <= size:
                 unfolded = _unfolded(opened)
                 if unfolded > LARGEST:
@@ -38,6 +42,8 @@ def refuse_bombs(file: Path) -> None:
                         "bags of ours have chunks of 1 MB"
                     )
             at += _HEAD.size + length
+    if records > _MOST_RECORDS:
+        raise BagError(f"{file} has more than {_MOST_RECORDS} records outside of chunks; no bag of ours has")
 
 
 def _unfolded(opened: BinaryIO) -> int:

@@ -10,7 +10,6 @@ from bathbot_depthcorr.ros.bag_messages import is_bag
 from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
-from mcap.writer import CompressionType
 from zstandard import ZstdError
 
 from bathbot_bringup.bag.bombs import LARGEST, refuse_bombs
@@ -57,7 +56,7 @@ class _Repair:
     """Copies the records of one file after the other."""
 
     def __init__(self, out: Path) -> None:
-        self.bag = McapBag(out, {"repaired": "yes"}, CompressionType.ZSTD)
+        self.bag = McapBag(out, {"repaired": "yes"})
         self.damaged, self.trouble = 0, ""
 
     def take(self, file: Path) -> None:

@@ -24,21 +24,11 @@ _terminals: list[int] = []  # of the streams in, out and error
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody asked this program to end.
-
-    Attributes:
-        number: Of the signal.
-    """
+    """Somebody asked this program to end."""
 
     def __init__(self, number: int) -> None:
-        """Keep the signal."""
-        self.number = number
+        """Say how, by the number of the signal."""
         super().__init__(_WORDS[signal.Signals(number)])
-
-    @property
-    def exit_code(self) -> int:
-        """What a shell expects of a program that a signal has ended."""
-        return 128 + self.number
 
 
 def heed_signals() -> None:
@@ -70,7 +60,7 @@ def _let_go_of_terminal() -> None:
 
 
 def interrupted_code() -> int:
-    """Exit code of a program that was interrupted, by the signal that came last."""
+    """What a shell expects of a program that a signal has ended: by the one that came last."""
     return 128 + _last[-1]
 
 

@@ -1,6 +1,7 @@
 """Which graphs of this user run now, so that a command finds the one it is for: a file each."""
 
 import os
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -9,14 +10,28 @@ from bathbot_bringup.errors import InputError
 
 
 def _folder() -> Path:
-    return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/tmp/bathbot-{os.geteuid()}") / "bathbot"
+    own = os.environ.get("XDG_RUNTIME_DIR") or Path(tempfile.gettempdir()) / f"bathbot-{os.geteuid()}"
+    return Path(own) / "bathbot"
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether nobody else can have put it, or what it lies in, there."""
+    return all(one.is_dir() and one.lstat().st_uid == os.geteuid() for one in (folder, folder.parent))
 
 
 @contextmanager
 def registered(domain: int) -> Iterator[None]:
-    """Tell of a graph while this lasts."""
+    """Tell of a graph while this lasts.
+
+    Raises:
+        InputError: When another user holds the place to tell it at.
+    """
     folder = _folder()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder.parent.mkdir(mode=0o700, exist_ok=True)
+    with suppress(PermissionError):  # it is somebody else's, which is said below
+        folder.mkdir(mode=0o700, exist_ok=True)
+    if not _is_ours(folder):
+        raise InputError(f"{folder} is another user's; set XDG_RUNTIME_DIR to a folder of your own")
     file = folder / str(domain)
     file.write_text(str(os.getpid()), encoding="ascii")
     try:
@@ -28,7 +43,7 @@ def registered(domain: int) -> Iterator[None]:
 def running_domains() -> list[int]:
     """Domains of the graphs whose processes live."""
     folder, found = _folder(), []
-    if not folder.is_dir() or folder.stat().st_uid != os.geteuid():
+    if not _is_ours(folder):
         return []
     for file in folder.iterdir():
         with suppress(OSError, ValueError):

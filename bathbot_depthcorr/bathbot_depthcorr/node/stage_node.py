@@ -12,6 +12,7 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from bathbot_depthcorr.errors import BathbotError
 from bathbot_depthcorr.node import parameters_node
 from bathbot_depthcorr.node.dds.participant_node import joining
+from bathbot_depthcorr.node.dds.reach import Reach, seen_by
 from bathbot_depthcorr.node.diagnostic_node import ERROR, OK, WARN, Diagnostic
 from bathbot_depthcorr.node.endpoints_node import LATCHED, EndpointOwner
 from bathbot_depthcorr.node.lifetime import Lifetime
@@ -31,8 +32,10 @@ class StageNode(EndpointOwner):
             settings_type: Dataclass whose fields are made by `parameters.setting`.
             options: Of rclpy's `Node`, such as `parameter_overrides`.
         """
-        with joining(options.get("context")):
+        with joining(options.get("context")) as wanted:
             super().__init__(name, **options)
+        if wanted is not Reach.USER:
+            self.get_logger().warning(f"seen and commanded by {seen_by(wanted)}")
         self._settings_type = settings_type
         self._configured, self._active = Lifetime(), Lifetime()
         parameters_node.declare(self, settings_type)

@@ -63,7 +63,9 @@ class McapBag:
         counts: Messages by source.
     """
 
-    def __init__(self, target: Path, notes: dict[str, str], compression: CompressionType) -> None:
+    def __init__(
+        self, target: Path, notes: dict[str, str], compression: CompressionType = CompressionType.ZSTD
+    ) -> None:
         """Begin the bag.
 
         Args:

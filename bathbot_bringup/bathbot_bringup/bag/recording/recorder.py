@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bathbot_depthcorr.ros.verdict import Level, Verdict
-from mcap.writer import CompressionType
 from rosbags.serde import SerdeError
 
 from bathbot_bringup.bag.recording.mcap_bag import McapBag, Stored, Topic
@@ -53,7 +52,6 @@ class Recorder:
         profile: PrivacyProfile,
         notes: dict[str, str] | None = None,
         queue_bytes: int = 256 << 20,
-        compression: CompressionType = CompressionType.ZSTD,
     ) -> None:
         """Open the bag and start the writing thread.
 
@@ -62,13 +60,12 @@ class Recorder:
             profile: Says what each message must keep to.
             notes: Custom data for the metadata, such as the privacy profile.
             queue_bytes: What may wait unwritten; what exceeds it is dropped and counted.
-            compression: Of the chunks.
 
         Raises:
             BagError: When the target exists or its folder cannot be written.
         """
         self._target = target.absolute()
-        self._bag, self._profile = McapBag(self._target, notes or {}, compression), profile
+        self._bag, self._profile = McapBag(self._target, notes or {}), profile
         self._queue: queue.SimpleQueue[Stored | Topic | None] = queue.SimpleQueue()
         self._limit, self._waiting = queue_bytes, 0
         self._lock = threading.Lock()

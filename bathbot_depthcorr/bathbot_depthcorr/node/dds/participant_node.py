@@ -18,8 +18,8 @@ _LOOK = 0.2  # [s] between looks at whose the ports of this machine are; who is 
 
 
 @contextmanager
-def joining(context: Context | None = None) -> Iterator[None]:
-    """Make a node within this, or nobody keeps strangers from it.
+def joining(context: Context | None = None) -> Iterator[Reach]:
+    """Make a node within this, or nobody keeps strangers from it; gives the reach.
 
     Args:
         context: The node's; None: the default one.
@@ -30,13 +30,13 @@ def joining(context: Context | None = None) -> Iterator[None]:
     """
     wanted = reach.chosen()
     if wanted is Reach.NETWORK:
-        yield
+        yield wanted
         return
     shared_memory.clean()
     if transport.shares_memory():
         shared_memory.refuse_foreign(udp_ports.of_domain((context or get_default_context()).get_domain_id()))
     before = _own_sockets()
-    yield
+    yield wanted
     shared_memory.close_to_others()
     if wanted is Reach.USER:
         _FILTER.watch(_own_sockets() - before)
