@@ -47,6 +47,7 @@ SHORT = {
     "bathbot_bringup/evaluation/safety/virtual/wire.py": "latency and jitter, which stand alone",
     "bathbot_bringup/bag/recording/recorder_qos_node.py": "DDS's offers, in rosbag2's words",
     "bathbot_bringup/bag/recording/recorder_settings.py": "settings",
+    "bathbot_bringup/bag/recording/sender_counts.py": "a law that stands alone",
 }
 """Files below 40 lines, and why: a table, errors, settings, or an equation or type that stands alone."""
 

@@ -9,6 +9,7 @@ from bathbot_bringup.bag.recording.content import Bounds
 from bathbot_bringup.bag.recording.privacy import PICTURE_TYPES, Consent, find_profile, load_profiles
 from bathbot_bringup.errors import InputError, SettingsError
 from bathbot_bringup.graph.message_types import installed_types
+from bathbot_scrub.installed_arm import installed_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,6 +35,24 @@ def test_no_profile_without_pictures_ever_lets_one_through(topic, kind):
 def test_numbers_are_taken_from_any_namespace_by_their_type_only(topic):
     assert metrics().bounds(topic, "bathbot_msgs/msg/ArmState")
     assert metrics().bounds(topic, "std_msgs/msg/String") is None
+
+
+def test_the_description_of_the_arm_is_taken_to_the_letter_and_no_other_long_text():
+    bounds = metrics().bounds("/robot_description", "std_msgs/msg/String")
+    string = TYPES["std_msgs/msg/String"]
+    for variant in ("B", "6F", "6FB"):
+        urdf = installed_arm(variant).description()
+        assert len(urdf) + 9 < bounds.size
+        assert bounds.refusal(string(urdf)) == ""
+        assert "a text of" in bounds.refusal(string(urdf[:-1] + "x"))
+
+
+def test_a_known_text_that_nobody_knows_is_refused(tmp_path):
+    file = tmp_path / "profiles.yaml"
+    topic = "{topic: /a, type: std_msgs/msg/String, bytes: 9, known: poems}"
+    file.write_text(f"mine: {{about: x, pictures: false, topics: [{topic}]}}")
+    with pytest.raises(InputError, match="no file of privacy profiles"):
+        load_profiles(file)
 
 
 def test_what_is_not_named_is_not_taken():

@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -101,6 +102,42 @@ def test_other_readers_understand_it(recorded):
 
 
 @pytest.mark.graph
+def test_when_each_was_sent_and_its_senders_count_are_there(recorded):
+    from mcap.reader import make_reader
+
+    with (recorded / "bag.mcap").open("rb") as file:
+        sent = [message for _, _, message in make_reader(file).iter_messages(["/left/arm_state"])]
+    numbers = [message.sequence for message in sent]
+    assert numbers == list(range(numbers[0], numbers[0] + 200))
+    delays = [message.log_time - message.publish_time for message in sent]
+    assert all(0 < delay < 1e9 for delay in delays)
+    assert len({message.publish_time for message in sent}) == 200
+
+
+@pytest.mark.graph
+def test_messages_lost_on_their_way_are_counted(tmp_path):
+    with started({}, tmp_path / "logs", "talker") as graph:
+        states = graph.client.node.create_publisher(ArmState, "arm_state", 500)
+        recorder = graph.start("recorder", {"bag": tmp_path / "bag"})
+        graph.wait_until_active()
+        assert graph.client.spin_until(lambda: states.get_subscription_count() == 1, 5.0)
+        states.publish(state(0))
+        graph.client.wait(0.5)
+        recorder.process.send_signal(signal.SIGSTOP)
+        for count in range(1, 400):
+            states.publish(state(count))
+        time.sleep(0.5)
+        recorder.process.send_signal(signal.SIGCONT)
+        graph.client.wait(0.5)
+        states.publish(state(400))
+        graph.client.wait(0.5)
+    found = [entry.message.path_id for entry in read_messages(tmp_path / "bag", ("arm_state",))]
+    assert (found[0], found[-1]) == (0, 400)
+    lost = int(notes_of(tmp_path / "bag")[LOST])
+    assert lost == 401 - len(found) > 0
+
+
+@pytest.mark.graph
 def test_the_profile_is_noted_in_the_bag(recorded):
     assert '"privacy_profile": "metrics_only"' in (recorded / "metadata.yaml").read_text()
 
@@ -188,7 +225,7 @@ def test_what_does_not_fit_the_queue_is_dropped_and_counted(tmp_path):
     recorder = Recorder(tmp_path / "run", PROFILE, queue_bytes=10)
     recorder.add(Topic(STATES, []))
     put(recorder, 1)
-    assert recorder.close().dropped == 1
+    assert recorder.close().lost == 1
 
 
 def test_what_the_profile_does_not_let_through_is_not_written_and_told(tmp_path):
@@ -213,8 +250,6 @@ def test_the_definitions_of_all_our_types_are_known():
 @pytest.mark.graph
 def test_an_interrupted_recorder_closes_its_bag(tmp_path):
     """Ctrl-C of the command line: the bag is whole and listed."""
-    import signal
-
     environment = isolated_environment(free_domain(os.getpid() + 1, used_ports()), tmp_path)
     command = [sys.executable, "-m", "bathbot_bringup.command.cli", "record", "--out", str(tmp_path / "bag")]
     with subprocess.Popen(

@@ -53,7 +53,7 @@ def test_of_a_file_that_ends_too_early_all_before_is_there(tmp_path):
         (*CLOCK, number + 1, Clock(clock=Time(sec=number))) for number in range(100)
     ])  # fmt: skip
     closed = unfinished(tmp_path / "cut.mcap")
-    os.truncate(closed, 1500)
+    os.truncate(closed, 3000)
     done = repair_bag(closed, tmp_path / "again")
     assert 0 < done.messages < 100
     assert done.trouble
@@ -64,7 +64,7 @@ def test_of_a_file_that_ends_too_early_all_before_is_there(tmp_path):
 def test_a_flipped_byte_costs_its_chunk(tmp_path):
     damaged = unfinished(tmp_path / "run.mcap")
     data = bytearray(damaged.read_bytes())
-    data[1500] ^= 0x10
+    data[3000] ^= 0x10
     damaged.write_bytes(data)
     done = repair_bag(damaged, tmp_path / "again")
     assert done.damaged >= 1

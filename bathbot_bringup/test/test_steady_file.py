@@ -13,7 +13,6 @@ from bathbot_bringup.bag.recording import steady_file
 from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, Topic
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType
 from rosbags.highlevel import AnyReader
 
 CLOCK = Source("/clock", "rosgraph_msgs/msg/Clock")
@@ -21,7 +20,6 @@ WRITER = """
 import sys, time
 from pathlib import Path
 from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, Topic
-from mcap.writer import CompressionType
 source = Source("/clock", "rosgraph_msgs/msg/Clock")
 bag = McapBag(Path(sys.argv[1]), {})
 bag.add(Topic(source, []))
@@ -55,7 +53,7 @@ def test_every_state_between_two_writes_is_a_whole_file(tmp_path, monkeypatch, s
         return len(data)
 
     monkeypatch.setattr(os, "pwrite", pwrite)
-    bag, held = McapBag(file, {"about": "a test"}, CompressionType.NONE), []
+    bag, held = McapBag(file, {"about": "a test"}), []
     bag.add(Topic(CLOCK, []))
     for step in range(40):
         for number in range(10):

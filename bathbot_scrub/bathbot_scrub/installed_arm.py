@@ -4,6 +4,7 @@ Whoever plans, masks or reports asks here and gets an `Arm`; another arm is anot
 another import here.
 """
 
+from bathbot_scrub.rm65.arm.kinematics import FLANGE_OFFSETS
 from bathbot_scrub.rm65.arm.rm65 import RM65
 
 
@@ -14,3 +15,8 @@ def installed_arm(variant: str = "6F") -> RM65:
         ArmSettingsError: Unknown variant.
     """
     return RM65(variant)
+
+
+def descriptions() -> frozenset[str]:
+    """The URDF of each variant, as the driver publishes it."""
+    return frozenset(RM65(variant).description() for variant in FLANGE_OFFSETS)

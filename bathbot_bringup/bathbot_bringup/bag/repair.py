@@ -98,6 +98,6 @@ class _Repair:
                 self.bag.add_defined(source, schema.encoding, schema.data, record.metadata)
         elif isinstance(record, Message) and record.channel_id in self._sources:
             source = self._sources[record.channel_id]
-            self.bag.write(Stored(source, record.log_time, record.data))
+            self.bag.write(Stored(source, record.log_time, record.data, record.publish_time, record.sequence))
         elif isinstance(record, Metadata) and record.name == NOTES:
             self.bag.note(record.metadata)

@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from mcap.writer import CompressionType, Writer
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
 from bathbot_bringup.bag.reading import NOTES
+from bathbot_bringup.bag.recording.chunk_writer import ChunkWriter
 from bathbot_bringup.bag.recording.steady_file import SteadyFile
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.message_types import installed_types
 
 _VERSION = 9  # of rosbag2's metadata
-_CHUNK = 1 << 20  # [bytes]
+_COUNTS = 0xFFFFFFFF  # what a sequence number of MCAP can hold
 _AT_ONCE = 4 << 20  # [bytes] that may wait in memory
 
 
@@ -41,6 +41,8 @@ class Stored(NamedTuple):
     source: Source
     time: int  # received [ns]
     data: bytes  # CDR
+    published: int = 0  # by its publisher's clock [ns]; 0: it is not known
+    number: int = 0  # its publisher's count; 0: it is not known
 
 
 def refuse_existing(target: Path) -> None:
@@ -63,15 +65,12 @@ class McapBag:
         counts: Messages by source.
     """
 
-    def __init__(
-        self, target: Path, notes: dict[str, str], compression: CompressionType = CompressionType.ZSTD
-    ) -> None:
+    def __init__(self, target: Path, notes: dict[str, str]) -> None:
         """Begin the bag.
 
         Args:
             target: Where it shall lie.
             notes: Custom data for the metadata, such as the privacy profile.
-            compression: Of the chunks.
 
         Raises:
             BagError: When the target exists or its folder cannot be written.
@@ -88,8 +87,7 @@ class McapBag:
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=single)
             self._own = not self._described.exists()  # or it tells of another bag
             self._file = SteadyFile(file)
-            self._writer = Writer(self._file, _CHUNK, compression)
-            self._writer.start(profile="ros2", library="bathbot")
+            self._writer = ChunkWriter(self._file, "bathbot")
             self.note(notes)
             self.sync()
         except OSError as error:
@@ -125,8 +123,8 @@ class McapBag:
             definition: Of the type.
             about: Of the channel: `offered_qos_profiles` as YAML, `topic_type_hash`.
         """
-        schema = self._writer.register_schema(source.message_type, encoding, definition)
-        self._channels[source] = self._writer.register_channel(source.topic, "cdr", schema, about)
+        schema = self._writer.add_schema(source.message_type, encoding, definition)
+        self._channels[source] = self._writer.add_channel(source.topic, schema, about)
         self._about[source], self.counts[source] = about, 0
         self._offers[source] = yaml.safe_load(about.get("offered_qos_profiles", "[]"))
 
@@ -138,8 +136,8 @@ class McapBag:
         """
         self.counts[message.source] += 1
         self._writer.add_message(
-            self._channels[message.source], message.time, message.data, message.time,
-            self.counts[message.source],
+            self._channels[message.source], message.time, message.published or message.time,
+            (message.number or self.counts[message.source]) & _COUNTS, message.data,
         )  # fmt: skip
         self._first, self._last = min(self._first, message.time), max(self._last, message.time)
         if self._file.waiting > _AT_ONCE:

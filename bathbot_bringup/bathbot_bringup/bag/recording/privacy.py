@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import yaml
 from bathbot_depthcorr.bounded_files import read_yaml
 
-from bathbot_bringup.bag.recording.content import Bounds
+from bathbot_bringup.bag.recording.content import KNOWN, Bounds
 from bathbot_bringup.errors import InputError, SettingsError
 
 _ANY = "*"
@@ -144,11 +144,22 @@ def _entries(document: Mapping[str, Any], name: str) -> list[Entry]:
         Entry(
             str(one["topic"]),
             str(one["type"]),
-            Bounds(int(one["bytes"]), int(one.get("text", _TEXT)), int(one.get("items", _ITEMS))),
+            Bounds(
+                int(one["bytes"]),
+                int(one.get("text", _TEXT)),
+                int(one.get("items", _ITEMS)),
+                _known(one.get("known", "")),
+            ),
         )
         for one in said["topics"]
     ]
     return own + (_entries(document, said["include"]) if "include" in said else [])
+
+
+def _known(name: str) -> str:
+    if name not in ("", *KNOWN):
+        raise ValueError(f"known is {name!r}; there are {', '.join(KNOWN)}")
+    return name
 
 
 def find_profile(file: Path, name: str) -> PrivacyProfile:

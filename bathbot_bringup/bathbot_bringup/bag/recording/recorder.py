@@ -16,7 +16,7 @@ from typing import NamedTuple
 from bathbot_depthcorr.ros.verdict import Level, Verdict
 from rosbags.serde import SerdeError
 
-from bathbot_bringup.bag.recording.mcap_bag import McapBag, Stored, Topic
+from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, Topic
 from bathbot_bringup.bag.recording.privacy import PrivacyProfile
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.message_types import installed_types
@@ -32,7 +32,7 @@ class BagSummary(NamedTuple):
 
     path: Path
     messages: int
-    dropped: int
+    lost: int  # on their way here, or since
     refused: int
 
 
@@ -42,6 +42,7 @@ class Recorder:
     Attributes:
         messages: How many were written.
         dropped: How many were lost since they came here.
+        missed: How many were lost on their way here.
         refused: How many the privacy profile did not let through.
         failure: Why nothing is written at this moment; empty while all is well.
     """
@@ -69,7 +70,7 @@ class Recorder:
         self._queue: queue.SimpleQueue[Stored | Topic | None] = queue.SimpleQueue()
         self._limit, self._waiting = queue_bytes, 0
         self._lock = threading.Lock()
-        self.messages = self.dropped = self.refused = 0
+        self.messages = self.dropped = self.missed = self.refused = 0
         self._refusal = ""  # the last one
         self.failure, self._failed = "", 0.0
         self._thread = threading.Thread(target=self._work, name="bag writer")
@@ -93,12 +94,27 @@ class Recorder:
             self._waiting += len(message.data)
         self._queue.put(message)
 
+    def refuse(self, source: Source, size: int) -> None:
+        """Take note of a message that was refused unread, for its size [bytes]."""
+        with self._lock:
+            self.refused += 1
+            self._refusal = f"{source.topic}: {size} bytes"
+
+    def miss(self, count: int) -> None:
+        """Take note of messages that never came here."""
+        self.missed += count
+
+    @property
+    def lost(self) -> int:
+        """Messages that the bag lacks, wherever they were lost."""
+        return self.missed + self.dropped
+
     def verdict(self) -> Verdict:
         """How it goes."""
         if self.failure:
-            return Verdict(Level.ERROR, f"the bag lacks {self.dropped} messages so far: {self.failure}")
-        if self.dropped:
-            return Verdict(Level.WARN, f"the bag lacks {self.dropped} messages: disk or machine are too slow")
+            return Verdict(Level.ERROR, f"the bag lacks {self.lost} messages so far: {self.failure}")
+        if self.lost:
+            return Verdict(Level.WARN, f"the bag lacks {self.lost} messages: disk or machine are too slow")
         if self.refused:
             what = f"{self.refused} messages that profile {self._profile.name} does not let through"
             return Verdict(Level.WARN, f"{what}: {self._refusal}")
@@ -115,10 +131,10 @@ class Recorder:
         if self.failure:
             self._bag.abandon()
             raise BagError(
-                f"bag {self._target} lacks {self.dropped} messages and its index: {self.failure}; what was "
+                f"bag {self._target} lacks {self.lost} messages and its index: {self.failure}; what was "
                 "written can be read, `bathbot repair` gives it an index"
             )
-        return BagSummary(self._target, self.messages, self.dropped, self.refused)
+        return BagSummary(self._target, self.messages, self.lost, self.refused)
 
     def _work(self) -> None:
         due, going = time.monotonic() + _SYNC, True
@@ -131,7 +147,7 @@ class Recorder:
                 due = time.monotonic() + _SYNC
                 self._attempt(self._bag.sync)
         self._failed = 0.0  # the end is no time to wait
-        self._bag.note({LOST: str(self.dropped), REFUSED: str(self.refused)})
+        self._bag.note({LOST: str(self.lost), REFUSED: str(self.refused)})
         self._attempt(self._bag.close)
 
     def _take(self, item: Stored | Topic | None) -> None:
@@ -141,8 +157,9 @@ class Recorder:
             with self._lock:
                 self._waiting -= len(item.data)
             if refusal := self._look_into(item):
-                self.refused += 1
-                self._refusal = f"{item.source.topic}: {refusal}"
+                with self._lock:
+                    self.refused += 1
+                    self._refusal = f"{item.source.topic}: {refusal}"
             elif self.failure:
                 with self._lock:
                     self.dropped += 1

@@ -1,12 +1,14 @@
 """Node `recorder`: the topics of a privacy profile -> a rosbag2 MCAP bag, bytes as they came."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import StageNode
+from rclpy.executors import SingleThreadedExecutor
 
-from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic, refuse_existing
+from bathbot_bringup.bag.recording.content import Bounds
+from bathbot_bringup.bag.recording.hearing_node import Hearing
+from bathbot_bringup.bag.recording.mcap_bag import Source, Topic, refuse_existing
 from bathbot_bringup.bag.recording.privacy import Consent, PrivacyProfile, find_profile
 from bathbot_bringup.bag.recording.recorder import Recorder
 from bathbot_bringup.bag.recording.recorder_qos_node import stored_qos, subscription_qos
@@ -49,6 +51,7 @@ class RecorderNode(StageNode):
             Path(self._settings.bag), self._profile, notes, self._settings.queue_megabytes << 20
         )
         self.at_end(self._close)
+        self._hearing = Hearing(self, self._recorder)  # ends before the recorder does
         self._heard: set[Source] = set()
         self._unknown: set[Source] = set()
         self.every(self._settings.search_period, self._find_topics)
@@ -57,7 +60,7 @@ class RecorderNode(StageNode):
     def _close(self) -> None:
         summary = self._recorder.close()
         self.get_logger().info(
-            f"wrote {summary.messages} messages to {summary.path}, {summary.dropped} dropped, "
+            f"wrote {summary.messages} messages to {summary.path}, {summary.lost} lost, "
             f"{summary.refused} refused"
         )
 
@@ -65,11 +68,12 @@ class RecorderNode(StageNode):
         for name, types in self.get_topic_names_and_types():
             for kind in types:
                 source = Source(name, kind)
-                if source not in self._heard and self._profile.bounds(name, kind) is not None:
-                    self._subscribe(source)
+                bounds = self._profile.bounds(name, kind)
+                if source not in self._heard and bounds is not None:
+                    self._subscribe(source, bounds)
         self._report()
 
-    def _subscribe(self, source: Source) -> None:
+    def _subscribe(self, source: Source, bounds: Bounds) -> None:
         offers = self.get_publishers_info_by_topic(source.topic)
         offered = [offer.qos_profile for offer in offers if offer.topic_type == source.message_type]
         if not offered or source in self._unknown:
@@ -90,24 +94,20 @@ class RecorderNode(StageNode):
             return
         self._heard.add(source)
         self._recorder.add(Topic(source, [stored_qos(profile) for profile in offered]))
-        self.listen(kind, source.topic, self._writer_of(source), subscription_qos(offered), raw=True)
-
-    def _writer_of(self, source: Source) -> Callable[[bytes], None]:
-        clock, put = self.get_clock(), self._recorder.put
-        return lambda data: put(Stored(source, clock.now().nanoseconds, data))
+        self._hearing.add(source, kind, subscription_qos(offered), bounds.size)
 
     def _report(self) -> None:
         recorder = self._recorder
         verdict, heard = recorder.verdict(), len(self._heard)
         self.report(
             verdict.level.value, verdict.message, topics=heard, messages=recorder.messages,
-            dropped=recorder.dropped, refused=recorder.refused,
+            lost=recorder.lost, refused=recorder.refused,
         )  # fmt: skip
 
 
 def main() -> None:
     """Run the node."""
-    run(RecorderNode)
+    run(RecorderNode, executor=SingleThreadedExecutor)  # another takes messages that are heard by a thread
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ A writer can be killed between two pages of memory, so what must be written as o
 import errno
 import os
 import struct
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 _MAGIC = b"\x89MCAP0\r\n"
@@ -38,7 +39,8 @@ class SteadyFile:
 
     def write(self, data: bytes) -> int:
         """Take records; they are in the file after the next `flush`."""
-        self._pending.append(bytes(data))
+        if data:  # the writer also hands over nothing
+            self._pending.append(bytes(data))
         self.waiting += len(data)
         return len(data)
 
@@ -52,11 +54,10 @@ class SteadyFile:
         Raises:
             OSError: The file is as it was before, and what was written still waits.
         """
-        data = b"".join(self._pending)
         if not self._end:
-            self._appear(data)
-        elif data:
-            self._append(data)
+            self._appear(b"".join(self._pending))
+        elif self._pending:
+            self._append(self._pending, self.waiting)
         self._pending, self.waiting = [], 0
 
     def sync(self) -> None:
@@ -83,32 +84,38 @@ class SteadyFile:
 
     def _appear(self, data: bytes) -> None:
         try:
-            self._put(data + _HEAD.pack(_SPARE, 0) + _TAIL, 0)
+            self._put([data, _HEAD.pack(_SPARE, 0), _TAIL], 0)
             os.fsync(self._file)
             os.link(self._hidden, self._path)  # refuses to overwrite
         finally:
             self._hidden.unlink()
         self._end = len(data)
 
-    def _append(self, data: bytes) -> None:
-        if (self._end + len(data)) % _PAGE > _PAGE - _HEAD.size:
-            data += _HEAD.pack(_SPARE, 0)  # or the next head would lie on two pages
-        if len(data) > self._room:
-            self._grow(max(len(data), _GROWTH))
-        self._put(data[_HEAD.size :] + _HEAD.pack(_SPARE, self._room - len(data)), self._end + _HEAD.size)
-        self._put(data[: _HEAD.size], self._end)
-        self._end += len(data)
-        self._room -= len(data)
+    def _append(self, records: Sequence[bytes], size: int) -> None:
+        if (self._end + size) % _PAGE > _PAGE - _HEAD.size:
+            records, size = [*records, _HEAD.pack(_SPARE, 0)], size + _HEAD.size
+            # or the next head would lie on two pages
+        if size > self._room:
+            self._grow(max(size, _GROWTH))
+        first, *others = map(memoryview, records)
+        at = self._put([first[_HEAD.size :], *others], self._end + _HEAD.size)
+        self._put([_HEAD.pack(_SPARE, self._room - size)], at)
+        self._put([first[: _HEAD.size]], self._end)
+        self._end += size
+        self._room -= size
 
     def _grow(self, by: int) -> None:
         room = self._room + by
         room += -(self._end + _HEAD.size + room + len(_TAIL)) % _PAGE
-        self._put(_TAIL, self._end + _HEAD.size + room)
-        self._put(_HEAD.pack(_SPARE, room), self._end)
+        self._put([_TAIL], self._end + _HEAD.size + room)
+        self._put([_HEAD.pack(_SPARE, room)], self._end)
         self._room = room
 
-    def _put(self, data: bytes, at: int) -> None:
-        view = memoryview(data)
-        while view:
-            done = os.pwrite(self._file, view, at)
-            view, at = view[done:], at + done
+    def _put(self, pieces: Iterable[bytes | memoryview], at: int) -> int:
+        """Write pieces one behind the other, without a copy of pictures; where they end."""
+        for piece in pieces:
+            view = memoryview(piece)
+            while view:
+                done = os.pwrite(self._file, view, at)
+                view, at = view[done:], at + done
+        return at
