@@ -30,22 +30,24 @@ def talk(publisher, sent, over):
 
 def main(count):
     """Kill, look, print."""
-    folder, rng, sent, over = Path(tempfile.mkdtemp()), random.Random(7), [], threading.Event()
+    folder, rng = Path(tempfile.mkdtemp()), random.Random(7)
     opened = lacking = heard = 0
     with started({}, folder / "logs", "talker") as graph:
-        states = graph.client.node.create_publisher(ArmState, "arm_state", 10)
-        talker = threading.Thread(target=talk, args=(states, sent, over))
-        talker.start()
         for number in range(count):
-            bag = folder / f"bag{number}"
+            bag, sent, over = folder / f"bag{number}", [], threading.Event()
+            # a topic of its own: the killed one before is still among its listeners
+            states = graph.client.node.create_publisher(ArmState, f"run{number}/arm_state", 10)
+            talker = threading.Thread(target=talk, args=(states, sent, over))
+            talker.start()
             recorder = graph.start("recorder", {"bag": bag})
-            assert graph.client.spin_until(lambda: states.get_subscription_count() > 0, 30.0)
+            assert graph.client.spin_until(lambda heard=states: heard.get_subscription_count() > 0, 30.0)
             time.sleep(rng.uniform(0.0, 4.0))
             recorder.process.send_signal(signal.SIGKILL)
             killed = time.time()
             recorder.process.wait()
             graph.group.children.remove(recorder)
-            graph.client.spin_until(lambda: states.get_subscription_count() == 0, 30.0)
+            over.set()
+            talker.join()
             try:
                 summarise_bag(bag)
                 found = [entry.message.path_id for entry in read_messages(bag, ("arm_state",))]
@@ -58,8 +60,6 @@ def main(count):
                 lacking += len(set(due) - set(found))
                 heard += len(found)
             print(f"\r{number + 1} of {count}", end="", file=sys.stderr)
-        over.set()
-        talker.join()
     print(f"\n{opened} of {count} open as they lie; they hold {heard} messages and lack {lacking}")
 
 

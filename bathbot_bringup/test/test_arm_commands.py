@@ -93,3 +93,20 @@ def test_a_graph_whose_process_has_died_does_not_run(tmp_path, monkeypatch):
     with register.registered(7):
         (tmp_path / "bathbot" / "7").write_text("4194305")  # no process can have this number
         assert register.running_domains() == []
+
+
+@pytest.mark.graph
+def test_two_do_not_bathe_at_once_and_one_that_was_killed_holds_up_nobody(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    code = (
+        "import time\nfrom bathbot_bringup.graph.register import alone\n"
+        "with alone():\n    print('begun', flush=True)\n    time.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout.readline() == "begun\n"
+        with pytest.raises(InputError, match=f"process {other.pid} bathes on this machine"), register.alone():
+            pytest.fail("two at once")
+        other.kill()
+    for _ in range(2):
+        with register.alone():
+            assert register.running_domains() == []

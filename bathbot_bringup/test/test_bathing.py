@@ -3,6 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bathbot_bringup.bathing.job import BathingJob
+from bathbot_bringup.bathing.pace import Arrival, enough, pace, too_slow
 from bathbot_bringup.bathing.steps import Sighting, settled
 from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph.stages import StageLog
@@ -27,6 +28,7 @@ class FakeBather:
 
     def __init__(self, fail_at="", error=None, said=""):
         self.calls, self.lengths, self._said = [], [], said
+        self.pace = pace([], 0.0)
         self._fail_at, self._error = fail_at, error
 
     def __getattr__(self, name):
@@ -108,3 +110,36 @@ def test_targets_are_settled_only_when_the_newest_agree(positions, spread):
 
 def test_old_disagreement_does_not_matter():
     assert settled([sighting(x) for x in (5.0, -5.0, 0.1, 0.1, 0.1)], 3, 0.01)
+
+
+def arrivals(rate, late, count=20):
+    return [Arrival(number / rate, number / rate + late) for number in range(count)]
+
+
+@given(rate=st.floats(0.2, 30.0), late=st.floats(0.0, 5.0))
+def test_what_is_known_of_the_skin_is_as_old_as_its_delay_and_the_time_to_the_next(rate, late):
+    measured = pace(arrivals(rate, late), 0.001)
+    assert measured.rate == pytest.approx(rate)
+    assert measured.oldest == pytest.approx(late + 1.0 / rate)
+    assert bool(too_slow(measured, 3.0)) == (measured.oldest > 1.5)
+
+
+def test_one_picture_that_comes_late_counts():
+    steady = arrivals(5.0, 0.3)
+    assert too_slow(pace([*steady[:10], *steady[18:]], 0.001), 3.0)
+    assert not too_slow(pace(steady, 0.001), 3.0)
+
+
+def test_a_machine_that_sees_nothing_is_too_slow():
+    assert "0.0 times a second" in too_slow(pace(arrivals(1.0, 1.0, count=1), 0.001), 3.0)
+
+
+def test_an_arm_off_its_beat_is_told_with_the_number():
+    assert "commands come 31 ms off their beat; 20 ms are allowed" in too_slow(
+        pace(arrivals(5.0, 0.3), 0.031), 3.0
+    )
+
+
+def test_three_seconds_are_enough_to_judge_by():
+    assert not enough(arrivals(5.0, 0.3, count=15))
+    assert enough(arrivals(5.0, 0.3, count=17))

@@ -15,7 +15,6 @@ from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph.action_node import GraphAction
 from bathbot_bringup.graph.client_node import GraphClient
 from bathbot_msgs.action import Approach, Scrub
-from bathbot_msgs.msg import ArmState
 
 Progress = Callable[[float, str], None]
 _LATE_REPORTS = 0.2  # [s]
@@ -33,12 +32,10 @@ class Bather(RegionFinder):
             region: Full name, such as `Trunk_skin`.
         """
         super().__init__(client, region)
-        self.arm = ArmState()
         self._approach = GraphAction(client, Approach, "approach")
         self._scrub = GraphAction(client, Scrub, "scrub")
         for service in ("arm/stop", "arm/retract", "arm/home"):
             client.service(Trigger, service)
-        client.node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
 
     def connect(self) -> None:
         """Wait until the driver hears its controller."""
@@ -117,9 +114,6 @@ class Bather(RegionFinder):
         refused = "the goal was not accepted"
         sent = action.send(step.name, goal, show, lambda: self._why("rm65_driver", refused))
         return action.wait(step.name, sent, step.timeout, lambda: self.arm.reason or "no reason known")
-
-    def _on_arm(self, message: ArmState) -> None:
-        self.arm = message
 
 
 def _demand_success(step: Step, outcome: Any) -> Any:

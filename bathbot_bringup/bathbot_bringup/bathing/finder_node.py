@@ -1,24 +1,38 @@
 """The client that has a region looked for: it selects the region and gathers contact targets."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from bathbot_depthcorr.ros.messages import stamp_seconds
+from bathbot_depthcorr.ros.serialized_image import stamp_of
 from bathbot_localize.messages import targets_from_contact
+from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import PointCloud2
 
 from bathbot_bringup.bathing import steps
+from bathbot_bringup.bathing.pace import Arrival, Pace, enough, pace, too_slow
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import StepError
 from bathbot_bringup.graph.client_node import GraphClient
-from bathbot_msgs.msg import ContactTargets
+from bathbot_msgs.msg import ArmState, ContactTargets
 from bathbot_msgs.srv import SelectRegion
 
 _AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
+_PATIENCE = ScrubPlannerSettings().lost_after  # [s]
+_SURFACES = 15.0  # [s] within which enough of them come, or the machine is too slow
 
 
 class RegionFinder:
-    """Looks for one region; what does not succeed raises `StepError` with a reason."""
+    """Looks for one region; what does not succeed raises `StepError` with a reason.
+
+    Attributes:
+        arm: What the driver said last.
+        pace: How quickly this machine saw and moved while it was looked; None before.
+    """
 
     def __init__(self, client: GraphClient, region: str) -> None:
-        """Listen to targets, and to what the nodes complain about.
+        """Listen to targets, to the arm, and to what the nodes complain about.
 
         Args:
             client: Has joined the graph.
@@ -28,6 +42,10 @@ class RegionFinder:
         self._sightings: list[Sighting] = []
         self._complaints: dict[str, str] = {}
         self._regions_seen: set[str] = set()
+        self.arm = ArmState()
+        self.pace: Pace | None = None
+        self._arrivals: list[Arrival] = []
+        client.node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         client.service(SelectRegion, "select_region")
         client.node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
         client.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
@@ -41,14 +59,39 @@ class RegionFinder:
             raise StepError(step.name, response.error_msg)
 
     def look(self) -> Sighting:
-        """Gather targets while the arm is out of the way, until the newest agree."""
+        """Gather targets while the arm is out of the way, until the newest agree.
+
+        Then see whether this machine keeps up, before the arm moves towards anybody.
+        """
         step = steps.LOOK
         self._sightings.clear()
-        if not self._client.spin_until(
-            lambda: steps.settled(self._sightings, _AGREEING, _SPREAD), step.timeout
-        ):
-            raise StepError(step.name, self._why("target_localizer", self._what_was_seen()))
+        self._arrivals.clear()
+        with self._hearing_surfaces():
+            settled = self._client.spin_until(
+                lambda: steps.settled(self._sightings, _AGREEING, _SPREAD), step.timeout
+            )
+            self._client.spin_until(lambda: not settled or enough(self._arrivals), _SURFACES)
+        self.pace = pace(self._arrivals, self.arm.period_deviation_p99)
+        slow = too_slow(self.pace, _PATIENCE)
+        if not settled:
+            slow = slow and f"; or this machine is too slow: {slow}"
+            raise StepError(step.name, self._why("target_localizer", self._what_was_seen()) + slow)
+        if slow:
+            raise StepError(step.name, f"this machine is too slow, or too busy: {slow}")
         return self._sightings[-1]
+
+    @contextmanager
+    def _hearing_surfaces(self) -> Iterator[None]:
+        node = self._client.node
+
+        def hear(surface: bytes) -> None:
+            self._arrivals.append(Arrival(stamp_of(surface), 1e-9 * node.get_clock().now().nanoseconds))
+
+        surfaces = node.create_subscription(PointCloud2, "surface", hear, 5, raw=True)
+        try:
+            yield
+        finally:
+            node.destroy_subscription(surfaces)
 
     def gather(self, count: int, timeout: float) -> list[Sighting]:
         """Wait for so many contact targets, whether they agree or not; `timeout` in [s]."""
@@ -60,6 +103,9 @@ class RegionFinder:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self._complaints[status.name] = status.message if status.level else ""
+
+    def _on_arm(self, message: ArmState) -> None:
+        self.arm = message
 
     def _on_targets(self, message: ContactTargets) -> None:
         targets = targets_from_contact(message)

@@ -56,6 +56,7 @@ class BathingJob:
         with self._log.stage("look", steps.LOOK.about):
             self._bather.select()
             self.sighting = self._bather.look()
+        self._log.note(str(self._bather.pace))
 
     def _scrub(self) -> None:
         with self._log.stage("approach", steps.APPROACH.about):

@@ -40,11 +40,13 @@ def demo(
     from bathbot_bringup.bathing.steps import full_region_name
     from bathbot_bringup.demo import run_demo
     from bathbot_bringup.graph.installation import SIM_CALIBRATION
+    from bathbot_bringup.graph.register import alone
 
     folder = out or Path("bathing") / time.strftime("%Y%m%d-%H%M%S")
     name, calibration = full_region_name(region), calibration or SIM_CALIBRATION
     settings = DemoSettings(name, seed, scenario, folder, duration, rate, preset, calibration)
-    raise typer.Exit(run_demo(settings))
+    with alone():
+        raise typer.Exit(run_demo(settings))
 
 
 def bathe(
@@ -65,6 +67,7 @@ def bathe(
     from bathbot_bringup.bathing.steps import full_region_name
     from bathbot_bringup.errors import StepError
     from bathbot_bringup.graph.client_node import GraphClient
+    from bathbot_bringup.graph.register import alone
     from bathbot_bringup.graph.stages import StageLog
 
     name = full_region_name(region)
@@ -72,7 +75,7 @@ def bathe(
         typer.confirm(f"The arm will move to {name}. Is the emergency stop at hand?", abort=True)
     log = StageLog()
     try:
-        with GraphClient("bathbot_bathe") as client:
+        with alone(), GraphClient("bathbot_bathe") as client:
             BathingJob(Bather(client, name), log, duration).run()
     except StepError as error:
         log.say(f"NOT DONE: {error}")

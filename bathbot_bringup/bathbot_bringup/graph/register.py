@@ -1,5 +1,6 @@
 """Which graphs of this user run now, so that a command finds the one it is for: a file each."""
 
+import fcntl
 import os
 import tempfile
 from collections.abc import Iterator
@@ -19,6 +20,38 @@ def _is_ours(folder: Path) -> bool:
     return all(one.is_dir() and one.lstat().st_uid == os.geteuid() for one in (folder, folder.parent))
 
 
+def _own_folder() -> Path:
+    folder = _folder()
+    folder.parent.mkdir(mode=0o700, exist_ok=True)
+    with suppress(PermissionError):  # it is somebody else's, which is said below
+        folder.mkdir(mode=0o700, exist_ok=True)
+    if not _is_ours(folder):
+        raise InputError(f"{folder} is another user's; set XDG_RUNTIME_DIR to a folder of your own")
+    return folder
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Bathe while nobody else of this user does: two at once hold each other's pictures and arm up.
+
+    Raises:
+        InputError: When another program bathes on this machine.
+    """
+    with (_own_folder() / "bathing.lock").open("a+", encoding="ascii") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.seek(0)
+            raise InputError(
+                f"process {lock.read()} bathes on this machine already, and two at once hold each other up; "
+                "wait for it, or end it with Ctrl-C"
+            ) from None
+        lock.truncate(0)
+        lock.write(str(os.getpid()))
+        lock.flush()
+        yield
+
+
 @contextmanager
 def registered(domain: int) -> Iterator[None]:
     """Tell of a graph while this lasts.
@@ -26,13 +59,7 @@ def registered(domain: int) -> Iterator[None]:
     Raises:
         InputError: When another user holds the place to tell it at.
     """
-    folder = _folder()
-    folder.parent.mkdir(mode=0o700, exist_ok=True)
-    with suppress(PermissionError):  # it is somebody else's, which is said below
-        folder.mkdir(mode=0o700, exist_ok=True)
-    if not _is_ours(folder):
-        raise InputError(f"{folder} is another user's; set XDG_RUNTIME_DIR to a folder of your own")
-    file = folder / str(domain)
+    file = _own_folder() / str(domain)
     file.write_text(str(os.getpid()), encoding="ascii")
     try:
         yield
