@@ -121,22 +121,22 @@ def test_what_is_known_of_the_skin_is_as_old_as_its_delay_and_the_time_to_the_ne
     measured = pace(arrivals(rate, late), 0.001)
     assert measured.rate == pytest.approx(rate)
     assert measured.oldest == pytest.approx(late + 1.0 / rate)
-    assert bool(too_slow(measured, 3.0)) == (measured.oldest > 1.5)
+    assert bool(too_slow(measured, 1.5)) == (measured.oldest > 1.5)
 
 
 def test_one_picture_that_comes_late_counts():
     steady = arrivals(5.0, 0.3)
-    assert too_slow(pace([*steady[:10], *steady[18:]], 0.001), 3.0)
-    assert not too_slow(pace(steady, 0.001), 3.0)
+    assert too_slow(pace([*steady[:10], *steady[18:]], 0.001), 1.5)
+    assert not too_slow(pace(steady, 0.001), 1.5)
 
 
 def test_a_machine_that_sees_nothing_is_too_slow():
-    assert "0.0 times a second" in too_slow(pace(arrivals(1.0, 1.0, count=1), 0.001), 3.0)
+    assert "0.0 times a second" in too_slow(pace(arrivals(1.0, 1.0, count=1), 0.001), 1.5)
 
 
 def test_an_arm_off_its_beat_is_told_with_the_number():
     assert "commands come 31 ms off their beat; 20 ms are allowed" in too_slow(
-        pace(arrivals(5.0, 0.3), 0.031), 3.0
+        pace(arrivals(5.0, 0.3), 0.031), 1.5
     )
 
 

@@ -20,7 +20,8 @@ from bathbot_msgs.srv import SelectRegion
 
 _AGREEING, _SPREAD = 5, 0.01  # sightings, [m]
 _PATIENCE = ScrubPlannerSettings().lost_after  # [s]
-_SURFACES = 15.0  # [s] within which enough of them come, or the machine is too slow
+_ALLOWED = 0.5 * _PATIENCE  # [s] while the arm stands: the machine will be busier
+_LONGEST = 15.0  # [s] within which enough surfaces come, or the machine is too slow
 
 
 class RegionFinder:
@@ -44,7 +45,8 @@ class RegionFinder:
         self._regions_seen: set[str] = set()
         self.arm = ArmState()
         self.pace: Pace | None = None
-        self._arrivals: list[Arrival] = []
+        self._surfaces: list[Arrival] = []  # of the region
+        self._looks: list[Arrival] = []  # for targets, whether any was found or not
         client.node.create_subscription(ArmState, "arm_state", self._on_arm, 10)
         client.service(SelectRegion, "select_region")
         client.node.create_subscription(ContactTargets, "contact_targets", self._on_targets, 10)
@@ -65,28 +67,24 @@ class RegionFinder:
         """
         step = steps.LOOK
         self._sightings.clear()
-        self._arrivals.clear()
+        self._surfaces.clear()
+        self._looks.clear()
         with self._hearing_surfaces():
             settled = self._client.spin_until(
                 lambda: steps.settled(self._sightings, _AGREEING, _SPREAD), step.timeout
             )
-            self._client.spin_until(lambda: not settled or enough(self._arrivals), _SURFACES)
-        self.pace = pace(self._arrivals, self.arm.period_deviation_p99)
-        slow = too_slow(self.pace, _PATIENCE)
-        if not settled:
-            slow = slow and f"; or this machine is too slow: {slow}"
-            raise StepError(step.name, self._why("target_localizer", self._what_was_seen()) + slow)
-        if slow:
-            raise StepError(step.name, f"this machine is too slow, or too busy: {slow}")
+            self._client.spin_until(lambda: not settled or enough(self._surfaces), _LONGEST)
+        self.pace = pace(self._surfaces if settled else self._looks, self.arm.period_deviation_p99)
+        slow = too_slow(self.pace, _ALLOWED if settled else _PATIENCE)
+        busy = slow and f"this machine is too slow, or too busy: {slow}"
+        why = "" if settled else self._why("target_localizer", self._what_was_seen())
+        if why or busy:
+            raise StepError(step.name, "; or ".join(filter(None, (why, busy))))
         return self._sightings[-1]
 
     @contextmanager
     def _hearing_surfaces(self) -> Iterator[None]:
-        node = self._client.node
-
-        def hear(surface: bytes) -> None:
-            self._arrivals.append(Arrival(stamp_of(surface), 1e-9 * node.get_clock().now().nanoseconds))
-
+        node, hear = self._client.node, lambda raw: self._surfaces.append(self._arrival(stamp_of(raw)))
         surfaces = node.create_subscription(PointCloud2, "surface", hear, 5, raw=True)
         try:
             yield
@@ -108,12 +106,16 @@ class RegionFinder:
         self.arm = message
 
     def _on_targets(self, message: ContactTargets) -> None:
-        targets = targets_from_contact(message)
+        targets, taken = targets_from_contact(message), stamp_seconds(message.header.stamp)
+        self._looks.append(self._arrival(taken))
         self._regions_seen |= {target.region for target in targets}
         wanted = [target for target in targets if target.region == self._region]
         if wanted:
             best = max(wanted, key=lambda target: target.score)
-            self._sightings.append(Sighting(stamp_seconds(message.header.stamp), best))
+            self._sightings.append(Sighting(taken, best))
+
+    def _arrival(self, taken: float) -> Arrival:
+        return Arrival(taken, 1e-9 * self._client.node.get_clock().now().nanoseconds)
 
     def _why(self, node: str, otherwise: str) -> str:
         said = self._complaints.get(node, "")

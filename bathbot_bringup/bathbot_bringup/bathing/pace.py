@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 _WATCH = 3.0  # [s]
-_SHARE = 0.5  # of the planner's patience that may be used while the arm stands: it will be busier
 _BEAT = 0.02  # [s] two periods of the arm's commands
 
 
 class Arrival(NamedTuple):
-    """When a picture was taken, and when the surface that was seen in it was heard [s], by one clock."""
+    """When a picture was taken, and when what was seen in it was heard [s], by one clock."""
 
     taken: float
     heard: float
@@ -27,8 +26,8 @@ class Pace(NamedTuple):
     """How quickly a machine sees and moves.
 
     Attributes:
-        rate: Of the surfaces [Hz].
-        oldest: Age of what was known of the skin, at most [s].
+        rate: Of what was seen [Hz].
+        oldest: Age of what was known, at most [s].
         off_beat: Of the arm's commands, 99th percentile [s].
     """
 
@@ -39,7 +38,7 @@ class Pace(NamedTuple):
     def __str__(self) -> str:
         """In the words of the job."""
         return (
-            f"skin is seen {self.rate:.1f} times a second and known {self.oldest:.1f} s old at most, "
+            f"the person is seen {self.rate:.1f} times a second and known {self.oldest:.1f} s old at most, "
             f"commands come {1e3 * self.off_beat:.0f} ms off their beat"
         )
 
@@ -48,7 +47,7 @@ def pace(arrivals: Sequence[Arrival], off_beat: float) -> Pace:
     """Measure.
 
     Args:
-        arrivals: Surfaces in order of time; skin of which fewer than two came is never known.
+        arrivals: In order of time; of what came less than twice nothing is known.
         off_beat: 99th percentile of how far the arm's commands come off their beat [s].
     """
     if len(arrivals) < 2:
@@ -57,15 +56,15 @@ def pace(arrivals: Sequence[Arrival], off_beat: float) -> Pace:
     return Pace(len(ages) / max(arrivals[-1].heard - arrivals[0].heard, 1e-9), max(ages), off_beat)
 
 
-def too_slow(measured: Pace, patience: float) -> str:
+def too_slow(measured: Pace, allowed: float) -> str:
     """Why a machine cannot keep up, with the numbers; empty when it can.
 
     Args:
         measured: While the arm stood.
-        patience: How old what is known of the skin may become before the planner gives up [s].
+        allowed: How old what is known of the person may become then [s].
     """
-    if measured.oldest > _SHARE * patience:
-        return f"{measured}; skin may be known {_SHARE * patience:.1f} s old before the arm moves"
+    if measured.oldest > allowed:
+        return f"{measured}; {allowed:.1f} s are allowed"
     if measured.off_beat > _BEAT:
         return f"{measured}; {1e3 * _BEAT:.0f} ms are allowed"
     return ""
