@@ -1,7 +1,7 @@
 """The profile `full` beside the working demo: `python record_pictures.py SECONDS [FOLDER]`.
 
 A D455's colour and depth pictures of 848x480 at 30 Hz, and all topics of the demo's graph, whose arm washes
-all the while, go into one bag, 61 MB each second. Prints what was sent, what is in the bag, and what that cost.
+all the while, go into one bag, 61 MB each second. Prints what was sent, what is in the bag, and the cost.
 """
 
 import datetime
