@@ -1,5 +1,8 @@
 """A subscription whose messages are taken as bytes by whoever asks, not by an executor."""
 
+import os
+import select
+
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
 
@@ -35,12 +38,36 @@ class RawSubscription:
         made = node.create_subscription(
             message_type, topic, self._never_called, qos, raw=True, callback_group=self._group
         )
-        node.lifetime.keep(Rank.OUTLET, lambda: node.destroy_subscription(made))  # outlives who takes
-        self._handle = made.handle
+        self._handle, self._event = made.handle, os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
+        with self._handle:
+            raw_message.tell(self._handle.pointer, self._event)
+
+        def end() -> None:
+            with self._handle:
+                raw_message.tell(self._handle.pointer, None)
+            node.destroy_subscription(made)
+            os.close(self._event)
+
+        node.lifetime.keep(Rank.OUTLET, end)  # outlives who takes
 
     @staticmethod
     def _never_called(_: bytes) -> None:
         """No executor takes these messages."""
+
+    def fileno(self) -> int:
+        """Can be read, by `select` and its like, once something has come since the last `waiting`."""
+        return self._event
+
+    def waiting(self, seconds: float) -> bool:
+        """Wait so long [s] until something comes; whether it did. Then take all there is."""
+        if not select.select([self], [], [], seconds)[0]:
+            return False
+        os.eventfd_read(self._event)
+        return True
+
+    def remind(self) -> None:
+        """Have `waiting` tell of what was left lying."""
+        os.eventfd_write(self._event, 1)
 
     def take(self) -> Taken | None:
         """The next message; None when there is none.

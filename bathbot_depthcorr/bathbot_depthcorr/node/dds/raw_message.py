@@ -46,6 +46,9 @@ class _Info(ctypes.Structure):
 
 _rcutils.rcutils_get_default_allocator.restype = _Allocator
 _rcl.rcl_take_serialized_message.argtypes = [ctypes.c_void_p] * 4
+_rcl.rcl_subscription_set_on_new_message_callback.argtypes = [ctypes.c_void_p] * 3
+# (file, number) as the callback's (data, number): the kernel wakes who waits, and Python is not asked
+_write = ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p)
 
 
 class Taken(NamedTuple):
@@ -66,6 +69,16 @@ class Taken(NamedTuple):
     received: int
     number: int
     publisher: bytes
+
+
+def tell(subscription: int, event: int | None) -> None:
+    """Have each message that comes raise an eventfd, in the middleware's own thread; None ends that.
+
+    Args:
+        subscription: Address of the `rcl_subscription_t`.
+        event: Descriptor of the eventfd.
+    """
+    _rcl.rcl_subscription_set_on_new_message_callback(subscription, None if event is None else _write, event)
 
 
 def take(subscription: int, most: int) -> Taken | None:

@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 from bathbot_depthcorr.node.raw_subscription_node import RawSubscription
 from bathbot_depthcorr.node.stage_node import StageNode
-from rclpy.exceptions import InvalidHandle
 from rclpy.qos import QoSProfile
 
-_POLL = 0.005  # [s] between looks whether something has come
+_LOOK = 0.1  # [s] between looks whether it is over
 
 
 class RawListener:
@@ -45,16 +44,13 @@ class RawListener:
     def close(self) -> None:
         """End the thread, after the message in work."""
         self._over.set()
-        self._thread.join(2.0)
+        self._thread.join()
 
     def _run(self) -> None:
         while not self._over.is_set():
-            try:
-                taken = self._subscription.take()
-            except InvalidHandle:  # the subscription ends before its thread
-                return
+            taken = self._subscription.take()
             if taken is None:
-                self._over.wait(_POLL)
+                self._subscription.waiting(_LOOK)
             elif taken.data:
                 self._work(taken.data)
             else:
