@@ -12,13 +12,13 @@ from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph.isolation import free_ports
 from bathbot_bringup.graph.running import RunningGraph, started
 from bathbot_bringup.graph.stages import StageLog
-from bathbot_bringup.report.report import Outcome, report_run
+from bathbot_bringup.report.report import BAG, Outcome, report_run
 from bathbot_bringup.report.summary_table import print_summary
 
 START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
 RECORDED = ("/arm_state", "/contact_targets", "/planned_path", "/scrub_segments", "/sim_contact", "/tf")
 RECORDER_TIMEOUT = 10.0  # [s] for the recorder to hear these
-BAG, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
+SUMMARY, REPORT = "summary.json", "report.html"
 
 
 def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:

@@ -41,7 +41,7 @@ class Writer:
             (topic, f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}", int(time * 1e9),
              message)
             for time, topic, message in sorted(self.rows, key=lambda row: row[0])
-        ])  # fmt: skip
+        ], lost="7")  # fmt: skip
 
 
 def header(time):
@@ -126,6 +126,11 @@ def test_the_forces_are_those_of_the_bristles(report):
     assert report["force_peak_n"] == pytest.approx(2.0)
     assert report["force_threshold_n"] == 10.0
     assert report["force_mean_n"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_the_recording_lacks_is_told(report):
+    assert report["messages_lost"] == 7
+    assert ("messages that the recording lacks", "7") in table_rows(report)
 
 
 def test_the_period_is_that_of_the_driver(report):

@@ -29,6 +29,7 @@ class BathingJob:
         """
         self._bather, self._log, self._duration = bather, log, duration
         self.sighting: steps.Sighting | None = None
+        bather.tell = log.note
 
     def run(self) -> None:
         """Do it. A step that fails makes the arm leave the skin; Ctrl-C or a dead node makes it stop.

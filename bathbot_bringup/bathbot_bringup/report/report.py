@@ -1,10 +1,13 @@
 """From a finished run to its summary and its page."""
 
 import time
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from bathbot_bringup.bag.reading import notes_of
+from bathbot_bringup.bag.recording.recorder import LOST
 from bathbot_bringup.bathing.settings import DemoSettings
 from bathbot_bringup.bathing.steps import Sighting
 from bathbot_bringup.errors import BagError
@@ -13,6 +16,8 @@ from bathbot_bringup.graph.installation import version
 from bathbot_bringup.report.measures import RunMeasures, measure_run
 from bathbot_bringup.report.run_data import Run, read_run
 from bathbot_bringup.report.truth import Truth, seen_target
+
+BAG = "run.mcap"
 
 
 class Outcome(NamedTuple):
@@ -41,13 +46,14 @@ def report_run(settings: DemoSettings, outcome: Outcome) -> dict[str, Any]:
     begun = time.monotonic()
     summary = head_of_summary(settings, outcome)
     try:
-        run = read_run(settings.out / "run.mcap")
+        run = read_run(settings.out / BAG)
     except BagError as error:
         summary |= {"done": False, "failure": outcome.failure or str(error)}
     else:
         truth = Truth(settings, outcome.epoch)
         measures = measure_run(run, truth, settings.region)
         summary |= numbers(measures, outcome, truth)
+        summary["messages_lost"] = _lost(settings.out / BAG)
         summary["duration_s"] = round(outcome.duration + time.monotonic() - begun, 2)
         _write_page(settings, outcome, summary, run, measures)
     write_json(settings.out / "summary.json", summary)
@@ -79,7 +85,7 @@ _NUMBERS = (
     "localization_count", "path_y_error_max_mm", "path_y_error_mean_mm", "path_depth_error_max_mm",
     "path_length_m", "contact_fraction", "coverage", "patch_area_cm2", "comfort_fraction", "force_mean_n",
     "force_peak_n", "force_threshold_n", "compression_min_mm", "compression_max_mm",
-    "command_period_p99_dev_ms",
+    "command_period_p99_dev_ms", "messages_lost",
 )  # fmt: skip
 
 
@@ -110,6 +116,12 @@ def numbers(measures: RunMeasures, outcome: Outcome, truth: Truth) -> dict[str, 
         "compression_max_mm": 1000.0 * contact.compression_max,
         "command_period_p99_dev_ms": 1000.0 * measures.period_deviation,
     }
+
+
+def _lost(bag: Path) -> int | None:
+    """Messages that the recorder says the bag lacks; None when it did not live to say so."""
+    said = notes_of(bag).get(LOST)
+    return None if said is None else int(said)
 
 
 def _error_of_used(sighting: Sighting | None, truth: Truth) -> np.ndarray:

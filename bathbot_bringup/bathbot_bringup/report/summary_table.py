@@ -19,6 +19,7 @@ ROWS = (
     ("force_threshold_n", "force that makes the arm retract", "N", 1),
     ("comfort_fraction", "time on the path within the comfort band", "%", 1),
     ("command_period_p99_dev_ms", "command period, p99 of its deviation", "ms", 2),
+    ("messages_lost", "messages that the recording lacks", "", 0),
     ("path_length_m", "planned path", "m", 3),
     ("duration_s", "whole run", "s", 1),
 )
@@ -27,7 +28,7 @@ ROWS = (
 def _shown(value: float | None, unit: str, digits: int) -> str:
     if value is None or not np.isfinite(value):
         return "-"
-    return f"{100.0 * value if unit == '%' else value:.{digits}f} {unit}"
+    return f"{100.0 * value if unit == '%' else value:.{digits}f} {unit}".rstrip()
 
 
 def table_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
