@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 COMMANDS = (
     "demo", "bathe", "detect", "replay", "record", "calibrate depth", "calibrate hand-eye", "evaluate demo",
     "evaluate detector", "evaluate localization", "node", "sim-arm", "simulate board", "simulate marker",
-    "train detector", "bench depth", "bench detector", "evaluate regions", "export detector",
+    "train detector", "bench depth", "bench detector", "evaluate regions", "export detector", "keys",
 )  # fmt: skip
 
 
@@ -73,6 +73,8 @@ def test_help_loads_nothing_heavy():
     pytest.param("bench depth --seconds 0", "seconds must lie in 1..3600, got 0.0", id="bench seconds"),
     pytest.param("bench depth --rate many", "got 'many'; see bathbot bench depth --help", id="bench letters"),
     pytest.param("evaluate demo --seeds 5-1", "the range 5-1", id="seeds"),
+    pytest.param("keys /dev/null", "not an empty folder; name a new one", id="keys"),
+    pytest.param("keys x --domain 233", "got '233'", id="domain of keys"),
     pytest.param("simulate board --out x --preset best", "no D455 preset 'best'", id="simulated preset"),
     pytest.param("simulate marker --out x --poses 0", "got '0'", id="simulated poses"),
     pytest.param("train detector nowhere --out x", "there is no nowhere", id="training data"),
