@@ -7,6 +7,7 @@ from bathbot_bringup.bathing.steps import full_region_name
 from bathbot_bringup.command.arguments import board_size, seed_list
 from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
+from bathbot_depthcorr.node.dds import reach
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -33,6 +34,12 @@ def test_every_command_explains_itself(capsys):
         shown = capsys.readouterr().out
         assert "Usage" in shown
         assert f"bathbot {line}" in shown, f"{line} has no example"
+
+
+def test_keys_that_are_missing_end_a_command_before_ros_looks_for_them(capsys, monkeypatch, tmp_path):
+    for name, value in reach.network_variables(tmp_path, "/nobody").items():
+        monkeypatch.setenv(name, value)
+    assert "the enclave '/nobody' of" in complaint(capsys, "status", "--domain", "5")
 
 
 @pytest.mark.graph
