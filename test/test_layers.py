@@ -39,6 +39,7 @@ INTERFACES = {
 # As rosdep calls what Python calls otherwise; what only PyPI has stands in the README.
 ROSDEP = {
     "PIL": "python3-pil",
+    "cryptography": "python3-cryptography",
     "cv2": "python3-opencv",
     "launch": "launch",
     "launch_ros": "launch_ros",

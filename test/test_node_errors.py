@@ -1,10 +1,12 @@
 """A node that cannot start says why in one line and ends with exit code 2; none leaves a traceback."""
 
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from bathbot_depthcorr.node.dds import reach
 from test_settings import NODES
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(300)]  # the first waits for all processes
@@ -63,3 +65,12 @@ def test_missing_file(ended, line):
 @pytest.mark.parametrize(("node", "parameter", "words"), BAD_VALUES)
 def test_a_value_outside_its_range(ended, node, parameter, words):
     check(ended[node, parameter], words)
+
+
+def test_an_enclave_that_is_missing_is_told_before_ros_looks_for_it(tmp_path):
+    keys = {**os.environ, **reach.network_variables(tmp_path, "/nobody")}
+    command = [sys.executable, "-m", NODES["recorder"]]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, env=keys)
+    assert ended.returncode == 2
+    (line,) = (ended.stdout + ended.stderr).splitlines()
+    assert "the enclave '/nobody' of" in line

@@ -7,13 +7,14 @@ from bathbot_bringup.bathing.steps import full_region_name
 from bathbot_bringup.command.arguments import board_size, seed_list
 from bathbot_bringup.command.cli import run
 from bathbot_bringup.errors import InputError
+from bathbot_depthcorr.node.dds import reach
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 COMMANDS = (
     "demo", "bathe", "detect", "replay", "record", "calibrate depth", "calibrate hand-eye", "evaluate demo",
     "evaluate detector", "evaluate localization", "node", "sim-arm", "simulate board", "simulate marker",
-    "train detector", "bench depth", "bench detector", "evaluate regions", "export detector",
+    "train detector", "bench depth", "bench detector", "evaluate regions", "export detector", "keys",
 )  # fmt: skip
 
 
@@ -33,6 +34,12 @@ def test_every_command_explains_itself(capsys):
         shown = capsys.readouterr().out
         assert "Usage" in shown
         assert f"bathbot {line}" in shown, f"{line} has no example"
+
+
+def test_keys_that_are_missing_end_a_command_before_ros_looks_for_them(capsys, monkeypatch, tmp_path):
+    for name, value in reach.network_variables(tmp_path, "/nobody").items():
+        monkeypatch.setenv(name, value)
+    assert "the enclave '/nobody' of" in complaint(capsys, "status", "--domain", "5")
 
 
 @pytest.mark.graph
@@ -73,6 +80,8 @@ def test_help_loads_nothing_heavy():
     pytest.param("bench depth --seconds 0", "seconds must lie in 1..3600, got 0.0", id="bench seconds"),
     pytest.param("bench depth --rate many", "got 'many'; see bathbot bench depth --help", id="bench letters"),
     pytest.param("evaluate demo --seeds 5-1", "the range 5-1", id="seeds"),
+    pytest.param("keys /dev/null", "not an empty folder; name a new one", id="keys"),
+    pytest.param("keys x --domain 233", "got '233'", id="domain of keys"),
     pytest.param("simulate board --out x --preset best", "no D455 preset 'best'", id="simulated preset"),
     pytest.param("simulate marker --out x --poses 0", "got '0'", id="simulated poses"),
     pytest.param("train detector nowhere --out x", "there is no nowhere", id="training data"),

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bathbot_bringup.bag.message_types import installed_types
 from bathbot_bringup.bag.recording.content import Bounds
 from bathbot_bringup.bag.recording.privacy import PICTURE_TYPES, Consent, find_profile, load_profiles
 from bathbot_bringup.errors import InputError, SettingsError
-from bathbot_bringup.graph.message_types import installed_types
 from bathbot_scrub.installed_arm import installed_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st

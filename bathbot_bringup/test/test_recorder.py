@@ -10,6 +10,7 @@ import threading
 import time
 
 import pytest
+from bathbot_bringup.bag.message_types import installed_types
 from bathbot_bringup.bag.reading import bag_length, notes_of, open_bag, read_messages, summarise_bag
 from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic
 from bathbot_bringup.bag.recording.privacy import find_profile
@@ -17,7 +18,6 @@ from bathbot_bringup.bag.recording.recorder import LOST, REFUSED, Recorder
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.installation import config_file
 from bathbot_bringup.graph.isolation import free_domain, used_ports
-from bathbot_bringup.graph.message_types import installed_types
 from bathbot_bringup.graph.node_table import find_node, node_command
 from bathbot_bringup.graph.processes import isolated_environment
 from bathbot_bringup.graph.running import started

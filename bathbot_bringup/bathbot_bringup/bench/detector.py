@@ -16,10 +16,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from bathbot_bringup.bag.message_types import message_class
 from bathbot_bringup.bench.machine import machine, machine_words
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.files import write_json
-from bathbot_bringup.graph.message_types import message_class
 from bathbot_bringup.sim.render.render import render
 from bathbot_bringup.sim.scene import BathroomScene
 

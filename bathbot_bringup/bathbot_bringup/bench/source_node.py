@@ -9,7 +9,7 @@ import threading
 import time
 
 import rclpy
-from bathbot_depthcorr.node.dds.participant_node import joining
+from bathbot_depthcorr.node.dds.participant_node import begin, joining
 from bathbot_depthcorr.node.stage_node import LATCHED, OK
 from bathbot_depthcorr.ros.messages import (
     extrinsics_from_transform,
@@ -111,7 +111,7 @@ def main() -> None:
     stopping = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopping.set())
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    begin(signal_handler_options=SignalHandlerOptions.NO)
     source = BenchSource(width, height)
     try:
         stream(source, rate, stopping)

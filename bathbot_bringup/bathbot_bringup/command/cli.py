@@ -20,10 +20,10 @@ from bathbot_bringup.command import (
     calibrate,
     detect,
     evaluate,
-    export,
+    keys,
+    models,
     node,
     simulate,
-    train,
 )
 from bathbot_bringup.graph.interruption import heed_signals, interrupted_code
 
@@ -49,14 +49,15 @@ app.command("repair")(bags.repair)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(evaluate.app, name="evaluate")
 app.add_typer(bench.app, name="bench")
-app.add_typer(train.app, name="train")
-app.add_typer(export.app, name="export")
+app.add_typer(models.train, name="train")
+app.add_typer(models.export, name="export")
 app.add_typer(simulate.app, name="simulate")
 app.command(  # its help is also that of each node, which it writes itself
     "node",
     context_settings={"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []},
 )(node.node)
 app.command("clean")(node.clean)
+app.command("keys")(keys.keys)
 app.command("sim-arm", cls=node.FaultHelp)(node.sim_arm)
 
 

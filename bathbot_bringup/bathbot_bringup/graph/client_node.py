@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import Any
 
 import rclpy
-from bathbot_depthcorr.node.dds.participant_node import joining
+from bathbot_depthcorr.node.dds.participant_node import begin, joining
 from lifecycle_msgs.srv import GetState
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
@@ -26,7 +26,7 @@ class GraphClient:
 
     def __init__(self, name: str, domain: int | None = None) -> None:
         """Join the domain; None takes the environment's, whose transport its processes share."""
-        rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        begin(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
         with joining():
             self.node = Node(f"{name}_{os.getpid()}")
         self._executor = SingleThreadedExecutor()

@@ -14,7 +14,8 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.errors import BathbotError, SettingsError
+from bathbot_depthcorr.node.dds.participant_node import begin
 from bathbot_depthcorr.node.output import Output
 from bathbot_depthcorr.node.stage_node import StageNode
 
@@ -41,11 +42,14 @@ def run(
     _heed_signals(stopping)
     command = [sys.argv[0], "--ros-args", *arguments, "--", *sys.argv[1:]]
     try:
-        rclpy.init(args=command, signal_handler_options=SignalHandlerOptions.NO)
+        begin(args=command, signal_handler_options=SignalHandlerOptions.NO)
         server = executor()
         _heed_signals(stopping)  # some versions of EventsExecutor take them; all take the word about crashes
         output.tell_crashes()
         code = 0 if _served(node_type, server, stopping) else 2
+    except SettingsError as error:
+        print(f"{node_type.__name__}: {error}", file=sys.stderr)
+        code = 2
     except Exception:
         traceback.print_exc()
         code = 1

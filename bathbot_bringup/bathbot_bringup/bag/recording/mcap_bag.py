@@ -10,11 +10,11 @@ import yaml
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
+from bathbot_bringup.bag.message_types import installed_types
 from bathbot_bringup.bag.reading import NOTES
 from bathbot_bringup.bag.recording.chunk_writer import ChunkWriter
 from bathbot_bringup.bag.recording.steady_file import SteadyFile
 from bathbot_bringup.errors import BagError
-from bathbot_bringup.graph.message_types import installed_types
 
 _VERSION = 9  # of rosbag2's metadata
 _COUNTS = 0xFFFFFFFF  # what a sequence number of MCAP can hold

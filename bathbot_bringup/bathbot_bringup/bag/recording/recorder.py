@@ -16,10 +16,10 @@ from typing import NamedTuple
 from bathbot_depthcorr.ros.verdict import Level, Verdict
 from rosbags.serde import SerdeError
 
+from bathbot_bringup.bag.message_types import installed_types
 from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, Topic
 from bathbot_bringup.bag.recording.privacy import PrivacyProfile
 from bathbot_bringup.errors import BagError
-from bathbot_bringup.graph.message_types import installed_types
 
 LOST, REFUSED = "lost", "refused"
 """Names in a bag's notes: messages lost on the way, and not let through."""

@@ -6,6 +6,7 @@ from bathbot_depthcorr.node.process_node import run
 from bathbot_depthcorr.node.stage_node import StageNode
 from rclpy.executors import SingleThreadedExecutor
 
+from bathbot_bringup.bag.message_types import message_class
 from bathbot_bringup.bag.recording.content import Bounds
 from bathbot_bringup.bag.recording.hearing_node import Hearing
 from bathbot_bringup.bag.recording.mcap_bag import Source, Topic, refuse_existing
@@ -15,7 +16,6 @@ from bathbot_bringup.bag.recording.recorder_qos_node import stored_qos, subscrip
 from bathbot_bringup.bag.recording.recorder_settings import RecorderSettings
 from bathbot_bringup.errors import BringupError, SettingsError
 from bathbot_bringup.graph.installation import config_file
-from bathbot_bringup.graph.message_types import message_class
 
 
 class RecorderNode(StageNode):

@@ -8,9 +8,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 
+from bathbot_bringup.bag.message_types import message_class
 from bathbot_bringup.bag.replaying.replayer import ReplayTopic, counted
 from bathbot_bringup.bag.replaying.replayer_node import FINISHED, offered_again
-from bathbot_bringup.graph.message_types import message_class
 
 MADE = {
     "skin_regions": "vision_msgs/msg/Detection2DArray",

@@ -10,6 +10,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
+from bathbot_bringup.bag.message_types import message_class
 from bathbot_bringup.bag.recording.privacy import PICTURE_TYPES
 from bathbot_bringup.bag.replaying.replay_settings import ReplayerSettings
 from bathbot_bringup.bag.replaying.replayer import (
@@ -21,7 +22,6 @@ from bathbot_bringup.bag.replaying.replayer import (
     wait_for_listeners,
 )
 from bathbot_bringup.errors import BringupError, SettingsError
-from bathbot_bringup.graph.message_types import message_class
 
 FINISHED = "replay finished"
 _ROOM, _PICTURES = 1000, 10  # messages that wait for a listener

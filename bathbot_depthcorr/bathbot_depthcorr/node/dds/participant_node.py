@@ -5,16 +5,30 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from typing import Any
 
+import rclpy
 from rclpy import get_default_context
 from rclpy.context import Context
+from rclpy.impl.implementation_singleton import rclpy_implementation
 
+from bathbot_depthcorr.errors import SettingsError
 from bathbot_depthcorr.node.dds import reach, shared_memory, socket_filter, transport, udp_ports
 from bathbot_depthcorr.node.dds.reach import Reach
 
 os.environ.update(transport.variables())  # which the first context reads
 
 _LOOK = 0.2  # [s] between looks at whose the ports of this machine are; who is new is heard that much later
+
+
+def begin(**options: Any) -> None:
+    """Do what `rclpy.init` does, where the reach can be kept to; ROS tells missing keys in many lines.
+
+    Raises:
+        SettingsError: When the environment asks for a reach that cannot be kept to.
+    """
+    reach.chosen()
+    rclpy.init(**options)
 
 
 @contextmanager
@@ -25,12 +39,18 @@ def joining(context: Context | None = None) -> Iterator[Reach]:
         context: The node's; None: the default one.
 
     Raises:
-        SettingsError: When the environment asks for a reach that cannot be kept to.
+        SettingsError: When the environment asks for a reach that cannot be kept to, or DDS refuses its keys.
         ForeignMemoryError: When another user sits where this process would be spoken to.
     """
     wanted = reach.chosen()
     if wanted is Reach.NETWORK:
-        yield wanted
+        try:
+            yield wanted
+        except rclpy_implementation.RCLError as error:  # the context is joined with the first node
+            raise SettingsError(
+                f"no node can join with these keys: {' '.join(str(error).split())}; docs/privacy.md tells "
+                "what they allow; the Fast DDS of Ubuntu's ROS was built with security, pip's was not"
+            ) from error
         return
     shared_memory.clean()
     if transport.shares_memory():

@@ -13,7 +13,9 @@ from pathlib import Path
 from bathbot_depthcorr.errors import SettingsError
 
 VARIABLE = "BATHBOT_REACH"
-_ENABLE, _STRATEGY, _KEYSTORE = "ROS_SECURITY_ENABLE", "ROS_SECURITY_STRATEGY", "ROS_SECURITY_KEYSTORE"
+ENCLAVE = "ROS_SECURITY_ENCLAVE_OVERRIDE"
+_KEYSTORE = "ROS_SECURITY_KEYSTORE"
+_ENFORCED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
 _RMW, _FASTDDS = "RMW_IMPLEMENTATION", "rmw_fastrtps_cpp"
 
 
@@ -48,16 +50,28 @@ def chosen(environment: Mapping[str, str] = os.environ) -> Reach:
     return reach
 
 
+def network_variables(keystore: Path, enclave: str) -> dict[str, str]:
+    """The environment in which a holder of an enclave's key joins over the network."""
+    return {VARIABLE: Reach.NETWORK.value, **_ENFORCED, _KEYSTORE: str(keystore), ENCLAVE: enclave}
+
+
 def _check_keys(environment: Mapping[str, str]) -> None:
-    wanted = {_ENABLE: "true", _STRATEGY: "Enforce"}
-    wrong = [f"{name}={value}" for name, value in wanted.items() if environment.get(name) != value]
+    wrong = [f"{name}={value}" for name, value in _ENFORCED.items() if environment.get(name) != value]
     keystore = environment.get(_KEYSTORE, "")
     if not (keystore and Path(keystore).is_dir()):
-        wrong.append(f"{_KEYSTORE}=FOLDER with the keys")
+        wrong.append(f"{_KEYSTORE}=FOLDER with the keys, which `bathbot keys FOLDER` makes")
     if wrong:
         raise SettingsError(
             f"{VARIABLE}=network shows pictures of the person, and lets the arm be moved, to all that the "
             f"network reaches, so it needs SROS2; set also {' and '.join(wrong)}"
+        )
+    from bathbot_depthcorr.node.dds import enclave  # loads ssl, which nobody else needs
+
+    name = environment.get(ENCLAVE) or "/"
+    if trouble := enclave.trouble(Path(keystore), name):
+        raise SettingsError(
+            f"the enclave {name!r} of {_KEYSTORE}={keystore} cannot be used: {trouble}; set {ENCLAVE} to "
+            "another, such as /bathbot/robot, or make new keys with `bathbot keys FOLDER`"
         )
 
 
