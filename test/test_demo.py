@@ -83,6 +83,11 @@ class TestDemo:
         } <= kinds.keys()
         assert not {"sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2"} & set(kinds.values())
 
+    def test_only_this_user_may_look_into_what_it_leaves(self, bathed):
+        left = [bathed[0], *(path for path in bathed[0].rglob("*") if not path.is_symlink())]
+        assert len(left) > 10
+        assert [path for path in left if path.stat().st_mode & 0o077] == []
+
     def test_no_process_is_left(self, bathed):
         assert processes_with(str(bathed[0])) == []
 

@@ -18,8 +18,13 @@ class CalibrationFileError(DepthcorrError):
     """A file that is no depth correction, or cannot be written."""
 
 
+def keep_private() -> None:
+    """Have all that this process and its children write from now on be this user's: it may show a person."""
+    os.umask(0o077)
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write beside the target and rename, so that no reader ever sees half a file.
+    """Write beside the target and rename, so that no reader ever sees half a file; it is this user's only.
 
     Raises:
         OSError: When the folder is missing or cannot be written.
@@ -30,7 +35,6 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
-        temporary.chmod(0o644)
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

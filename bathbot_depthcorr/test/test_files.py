@@ -15,7 +15,7 @@ def test_text_and_bytes_replace_the_old_file(tmp_path, content, data):
     target.write_text("old")
     write_atomically(target, content)
     assert target.read_bytes() == data
-    assert target.stat().st_mode & 0o777 == 0o644
+    assert target.stat().st_mode & 0o777 == 0o600
     assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import typer
 from bathbot_depthcorr.errors import BathbotError
+from bathbot_depthcorr.files import keep_private
 
 from bathbot_bringup.command import (
     bags,
@@ -117,6 +118,7 @@ def run(arguments: Sequence[str]) -> int:
 def main() -> None:
     """Run the command line of this process."""
     heed_signals()
+    keep_private()
     sys.exit(run(sys.argv[1:]))
 
 

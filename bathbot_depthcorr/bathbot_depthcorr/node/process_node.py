@@ -15,6 +15,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from bathbot_depthcorr.errors import BathbotError, SettingsError
+from bathbot_depthcorr.files import keep_private
 from bathbot_depthcorr.node.dds.participant_node import begin
 from bathbot_depthcorr.node.output import Output
 from bathbot_depthcorr.node.stage_node import StageNode
@@ -37,6 +38,7 @@ def run(
         executor: Serves it. By default one that is told of events: those that wait build the set of all that
             may come anew for each message, which cost the camera nearly as much as its pictures.
     """
+    keep_private()
     output = Output()
     stopping = threading.Event()
     _heed_signals(stopping)
