@@ -1,7 +1,6 @@
 """The demo: the graph as processes, the job step by step, the report."""
 
 import time
-from pathlib import Path
 
 from bathbot_bringup.bathing.client_node import Bather
 from bathbot_bringup.bathing.job import BathingJob
@@ -18,7 +17,6 @@ from bathbot_bringup.report.summary_table import print_summary
 START_TIMEOUT = 100.0  # [s] for all nodes to be active; a quiet machine takes about 10
 RECORDED = ("/arm_state", "/contact_targets", "/planned_path", "/scrub_segments", "/sim_contact", "/tf")
 RECORDER_TIMEOUT = 10.0  # [s] for the recorder to hear these
-SUMMARY, REPORT = "summary.json", "report.html"
 
 
 def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
@@ -32,7 +30,7 @@ def run_demo(settings: DemoSettings, log: StageLog | None = None) -> int:
         KeyboardInterrupt: On Ctrl-C, after all processes have ended and the report is written.
     """
     log = log or StageLog()
-    clear_results(settings.out)
+    settings.out.mkdir(parents=True, exist_ok=True)
     log.say(f"bathing {settings.region} of simulated person {settings.seed}, scenario {settings.scenario}")
     job = DemoJob(settings, log)
     interruption: KeyboardInterrupt | None = None
@@ -72,15 +70,6 @@ def _wait_until_recorded(graph: RunningGraph) -> None:
 
     if not graph.client.spin_until(lambda: not unheard(), RECORDER_TIMEOUT):
         raise ProcessError("recorder", f"does not listen to {', '.join(unheard())}", "", "its log")
-
-
-def clear_results(out: Path) -> None:
-    """Make the folder and remove what an earlier demo left in it; other files stay."""
-    out.mkdir(parents=True, exist_ok=True)
-    if (out / BAG).exists():
-        (out / "metadata.yaml").unlink(missing_ok=True)
-    for name in (BAG, SUMMARY, REPORT):
-        (out / name).unlink(missing_ok=True)
 
 
 class DemoJob:

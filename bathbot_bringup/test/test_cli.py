@@ -139,9 +139,16 @@ def test_an_existing_bag_is_not_overwritten(capsys, tmp_path):
     assert "exists already" in complaint(capsys, "record", "--out", tmp_path / "bag")
 
 
-def test_a_result_that_cannot_be_written(capsys, tmp_path):
-    (tmp_path / "file").touch()
-    assert "is a file" in complaint(capsys, "demo", "--out", tmp_path / "file")
+@pytest.mark.parametrize("command", [
+    "demo", "detect photo.jpg", "evaluate demo", "evaluate safety",
+])  # fmt: skip
+def test_results_never_mix_with_those_of_an_earlier_run(capsys, tmp_path, command):
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "summary.json").touch()
+    for out in (used, used / "summary.json"):
+        assert "is there already" in complaint(capsys, *command.split(), "--out", out)
+    assert [file.name for file in used.iterdir()] == ["summary.json"]
 
 
 @pytest.mark.graph

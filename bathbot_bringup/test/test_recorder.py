@@ -13,7 +13,8 @@ import pytest
 from bathbot_bringup.bag.message_types import installed_types
 from bathbot_bringup.bag.reading import bag_length, notes_of, open_bag, read_messages, summarise_bag
 from bathbot_bringup.bag.recording.mcap_bag import Source, Stored, Topic
-from bathbot_bringup.bag.recording.privacy import find_profile
+from bathbot_bringup.bag.recording.privacy import Consent, find_profile
+from bathbot_bringup.bag.recording.record import record_graph
 from bathbot_bringup.bag.recording.recorder import LOST, REFUSED, Recorder
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.graph.installation import config_file
@@ -196,6 +197,11 @@ def test_a_single_file_when_the_name_says_so(tmp_path):
     assert bag_length(tmp_path) == pytest.approx(2.0), "the folder is a rosbag2 bag too"
 
 
+def test_of_a_topic_that_is_not_there_nothing_is_read(tmp_path):
+    write(tmp_path / "run", [1, 2])
+    assert list(read_messages(tmp_path / "run", ("joint_states",))) == []
+
+
 def test_an_empty_recording_is_a_bag(tmp_path):
     write(tmp_path / "run", [])
     assert summarise_bag(tmp_path / "run")[0].messages == 0
@@ -245,6 +251,39 @@ def test_what_the_profile_does_not_let_through_is_not_written_and_told(tmp_path)
 def test_the_definitions_of_all_our_types_are_known():
     assert {STATES.message_type, "bathbot_msgs/msg/SimContact", "vision_msgs/msg/Detection2DArray",
             "realsense2_camera_msgs/msg/Extrinsics"} <= set(installed_types().fielddefs)  # fmt: skip
+
+
+@pytest.mark.graph
+def test_seconds_count_from_the_first_message_of_somebody_else(tmp_path, monkeypatch):
+    with started({}, tmp_path / "logs", "talker") as graph:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))
+        states = graph.client.node.create_publisher(ArmState, "arm_state", 10)
+        over, sent = threading.Event(), []
+
+        def talk():
+            while not over.wait(0.02):
+                if states.get_subscription_count():
+                    if not sent:
+                        time.sleep(2.0)  # the recorder has been there for long
+                    sent.append(time.monotonic())
+                    states.publish(state(len(sent)))
+
+        talker = threading.Thread(target=talk)
+        talker.start()
+        try:
+            record_graph(tmp_path / "bag", "metrics_only", Consent(), 1.0)
+        finally:
+            over.set()
+            talker.join()
+    found = [entry.time for entry in read_messages(tmp_path / "bag", ("arm_state",))]
+    assert 0.9e9 < found[-1] - found[0] < 4e9
+
+
+@pytest.mark.graph
+def test_where_nobody_speaks_there_is_nothing_to_count_from(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain(os.getpid() + 2, used_ports())))
+    with pytest.raises(BagError, match="nothing that the profile lets through came within 4 s"):
+        record_graph(tmp_path / "bag", "metrics_only", Consent(), 1.0, patience=4.0)
 
 
 @pytest.mark.graph

@@ -105,7 +105,8 @@ def read_messages(path: Path, endings: tuple[str, ...]) -> Iterator[Entry]:
         BagError: When the bag cannot be read.
     """
     with open_bag(path) as reader:
-        for connection, time, data in reader.messages(connections_ending(reader, endings)):
+        connections = connections_ending(reader, endings)
+        for connection, time, data in reader.messages(connections) if connections else ():  # none means all
             yield Entry(connection.topic, time, reader.deserialize(data, connection.msgtype))
 
 

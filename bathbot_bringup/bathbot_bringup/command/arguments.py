@@ -60,6 +60,17 @@ def name_list(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
+def unused_folder(path: Path | None) -> Path | None:
+    """Refuse a folder that holds something: nothing of an earlier run shall be lost, or taken for this one's.
+
+    Raises:
+        InputError: When it does.
+    """
+    if path is not None and path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        raise InputError(f"{path} is there already and no empty folder; name a new one, or remove it first")
+    return path
+
+
 def refuse_with(what: str, options: Mapping[str, object]) -> None:
     """Refuse options that mean nothing with another, or without it.
 

@@ -13,7 +13,9 @@ def record(
     who: str = typer.Option("", help="Who agreed to be recorded; profiles with pictures need it."),
     when: str = typer.Option("", help="When they agreed, such as 2026-01-31; likewise."),
     why: str = typer.Option("", help="What they agreed to: the purpose, and how long it is kept; likewise."),
-    seconds: float = typer.Option(0.0, min=0.0, help="Stop after so many seconds; 0 records until Ctrl-C."),
+    seconds: float = typer.Option(
+        0.0, min=0.0, help="Stop so many seconds after the first message; 0 records until Ctrl-C."
+    ),
 ) -> None:
     """Record the topics that a privacy profile allows, until Ctrl-C.
 
@@ -27,6 +29,8 @@ def record(
     from bathbot_bringup.bag.recording.record import record_graph
     from bathbot_bringup.bag.recording.recorder import LOST, REFUSED
 
+    until = f"{seconds:g} s after the first message" if seconds else "Ctrl-C"
+    typer.echo(f"recording to {out} until {until}")
     summary, notes = record_graph(out, profile, Consent(who, when, why), seconds)
     for topic in summary:
         typer.echo(f"{topic.messages:8d}  {topic.name}  ({topic.message_type})")

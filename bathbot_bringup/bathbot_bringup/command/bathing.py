@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 from bathbot_depthcorr.errors import BathbotError
 
-from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE
+from bathbot_bringup.command.arguments import CALIBRATION, PRESET, RATE, unused_folder
 
 if TYPE_CHECKING:
     from bathbot_bringup.graph.client_node import GraphClient
@@ -20,7 +20,9 @@ def demo(
     scenario: str = typer.Option(
         "calm", help="How the person moves: still, calm, breathing, ... or a YAML file."
     ),
-    out: Path = typer.Option(None, help="Folder for the results; bathing/<date-time> if left out."),
+    out: Path = typer.Option(
+        None, callback=unused_folder, help="Folder for the results, new; bathing/<date-time> if left out."
+    ),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]; the path is cut to it."),
     rate: float = RATE,
     preset: str = PRESET,

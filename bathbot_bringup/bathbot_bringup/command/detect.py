@@ -4,12 +4,16 @@ from pathlib import Path
 
 import typer
 
+from bathbot_bringup.command.arguments import unused_folder
+
 
 def detect(
     paths: list[Path] = typer.Argument(
         ..., metavar="PATH...", help="Pictures, films, folders of them, or bags."
     ),
-    out: Path = typer.Option(..., "--out", help="Folder for drawn copies and regions.csv; made if missing."),
+    out: Path = typer.Option(
+        ..., "--out", callback=unused_folder, help="Folder to make for drawn copies and regions.csv."
+    ),
     model: str = typer.Option("", help="ONNX file; leave it out for the model that comes with bathbot."),
     score: float = typer.Option(0.35, min=0.0, max=1.0, help="Regions below this score are dropped."),
     every: int = typer.Option(10, min=1, help="Of a bag, take every so many-th colour picture."),

@@ -11,6 +11,7 @@ from bathbot_bringup.command.arguments import (
     name_list,
     refuse_with,
     seed_list,
+    unused_folder,
     writable,
 )
 
@@ -103,7 +104,11 @@ def demo(
     json_file: Path = typer.Option(
         None, "--json", callback=writable, help="Write all summaries and their spread to this file."
     ),
-    out: Path = typer.Option(None, help="Folder for the results of each seed; a temporary one if left out."),
+    out: Path = typer.Option(
+        None,
+        callback=unused_folder,
+        help="Folder to make for the results of each seed.",
+    ),
     region: str = typer.Option("Trunk_skin", help="Region to bathe."),
     scenario: str = typer.Option("calm", help="How the person moves."),
     duration: float = typer.Option(60.0, help="Longest time of scrubbing [s]."),
@@ -201,7 +206,9 @@ def safety(
     picture: Path = typer.Option(
         None, callback=writable, help="Draw every trial's stop time to this PNG file."
     ),
-    out: Path = typer.Option(None, help="Folder that keeps traces and logs; a temporary one if left out."),
+    out: Path = typer.Option(
+        None, callback=unused_folder, help="Folder to make for traces and logs; left out: none is kept."
+    ),
     sweep: str = typer.Option("", help="Instead: meet a body in virtual time: pushes, leans or paths."),
     cases: str = typer.Option(
         "", help="Cases of the sweep with commas between, * fits anything; all if left out."

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from bathbot_bringup.command.arguments import writable
+from bathbot_bringup.command.arguments import unused_folder, writable
 from bathbot_bringup.errors import InputError
 
 train = typer.Typer(help="Train models.", no_args_is_help=False, rich_markup_mode=None)
@@ -64,6 +64,8 @@ def train_detector(
         raise InputError("--weights, --scratch and --resume exclude each other; choose one")
     if resume and any(value is not None for value in (optimiser, decay, frozen)):
         raise InputError("a run that goes on keeps its optimiser, decay and frozen share; leave them out")
+    if not resume:
+        unused_folder(out)
     if find_spec("torch") is None:
         raise InputError(
             "training needs PyTorch, which is not installed here; run `pip install torch` and try again"
