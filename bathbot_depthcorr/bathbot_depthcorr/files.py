@@ -7,8 +7,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bathbot_depthcorr.errors import DepthcorrError
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
@@ -46,6 +44,8 @@ def write_npz(path: Path, contents: dict[str, Any]) -> None:
     Raises:
         CalibrationFileError: When it cannot be written.
     """
+    import numpy as np  # takes a tenth of a second, and every command loads this file
+
     packed = io.BytesIO()
     np.savez_compressed(packed, **contents)
     try:
