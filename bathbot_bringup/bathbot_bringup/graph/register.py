@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from bathbot_depthcorr.node.dds import ros_words
+
 from bathbot_bringup.errors import InputError
 
 
@@ -84,12 +86,13 @@ def find_domain(wanted: int | None) -> int:
 
     Raises:
         InputError: When several run.
+        SettingsError: When ROS_DOMAIN_ID is no domain.
     """
     if wanted is not None:
         return wanted
-    said = os.environ.get("ROS_DOMAIN_ID", "")
-    if said.isdecimal():
-        return int(said)
+    said = ros_words.domain()
+    if said is not None:
+        return said
     found = running_domains()
     if len(found) > 1:
         raise InputError(

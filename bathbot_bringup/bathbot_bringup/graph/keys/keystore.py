@@ -13,6 +13,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
+from bathbot_depthcorr.node.dds.ros_words import DOMAINS
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
@@ -22,7 +23,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from bathbot_bringup.errors import InputError, SettingsError
 from bathbot_bringup.graph.keys.rights import Enclave, governance, permissions
 
-DOMAINS, DAYS = range(233), range(1, 3651)  # as many domains as DDS has ports for
+DAYS = range(1, 3651)
 _SLOW_CLOCKS = timedelta(days=1)  # keys begin so much earlier, for machines whose clock is behind
 _ROLES = ("identity_ca", "permissions_ca")
 
