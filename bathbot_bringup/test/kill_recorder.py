@@ -59,8 +59,7 @@ def main(count):
                 due = [place for place in range(found[0], len(sent)) if sent[place] < killed - LAST]
                 lacking += len(set(due) - set(found))
                 heard += len(found)
-            print(f"\r{number + 1} of {count}", end="", file=sys.stderr)
-    print(f"\n{opened} of {count} open as they lie; they hold {heard} messages and lack {lacking}")
+    print(f"{opened} of {count} open as they lie; they hold {heard} messages and lack {lacking}")
 
 
 if __name__ == "__main__":

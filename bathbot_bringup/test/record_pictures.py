@@ -75,7 +75,6 @@ def main(seconds, folder):
 
         def over():
             repeater.step()
-            print(f"\r{time.monotonic() - begun:.0f} s", end="", file=sys.stderr)
             return time.monotonic() - begun > seconds
 
         graph.client.spin_until(over, seconds + 60.0)
@@ -89,7 +88,7 @@ def main(seconds, folder):
     held = {topic.name: topic.messages for topic in summarise_bag(bag)}
     colour, depth = held.pop("/big/colour"), held.pop("/big/depth")
     print(
-        f"\n{sent / took:.1f} Hz of each picture for {took:.0f} s: {sent:.0f} of each were sent; the bag has "
+        f"{sent / took:.1f} Hz of each picture for {took:.0f} s: {sent:.0f} of each were sent; the bag has "
         f"{colour} and {depth}, and {sum(held.values())} other messages on {len(held)} topics\n"
         f"the recorder counts {notes_of(bag)['lost']} lost; it took {100 * cost:.0f} % of a core for "
         f"{bag.stat().st_size / 1e9:.2f} GB; the arm's beat was {1e3 * beat:.1f} ms off (p99)"
