@@ -50,7 +50,8 @@ def test_another_reader_finds_all_by_its_index_and_without(messages, flush_every
     assert [time for _, _, time, _, _ in found] == sorted(time for _, time, _ in messages)
     file.seek(0)
     records = StreamReader(file, validate_crcs=True).records
-    assert {one.sequence for one in records if type(one).__name__ == "Message"} == {n for n, *_ in expected}
+    numbers = [one.sequence for one in records if type(one).__name__ == "Message"]
+    assert numbers == list(range(1, len(messages) + 1)), "who has no index needs them as they came"
 
 
 def test_the_summary_tells_what_is_there():

@@ -254,6 +254,29 @@ def test_the_definitions_of_all_our_types_are_known():
 
 
 @pytest.mark.graph
+def test_of_a_killed_recorder_all_topics_can_be_read_in_order_of_time(tmp_path):
+    topics = ("left", "right", "up")
+    with started({}, tmp_path / "logs", "talker") as graph:
+        publishers = [
+            graph.client.node.create_publisher(ArmState, f"{name}/arm_state", 50) for name in topics
+        ]
+        recorder = graph.start("recorder", {"bag": tmp_path / "bag"})
+        graph.wait_until_active()
+        heard = lambda: all(one.get_subscription_count() for one in publishers)  # noqa: E731
+        assert graph.client.spin_until(heard, 5.0)
+        for count in range(300):
+            for publisher in publishers:
+                publisher.publish(state(count))
+            time.sleep(0.005)
+        recorder.process.kill()
+        recorder.process.wait()
+        graph.group.children.remove(recorder)
+    times = [entry.time for entry in read_messages(tmp_path / "bag", ("arm_state",))]
+    assert len(times) > 3 * 100
+    assert times == sorted(times)
+
+
+@pytest.mark.graph
 def test_seconds_count_from_the_first_message_of_somebody_else(tmp_path, monkeypatch):
     with started({}, tmp_path / "logs", "talker") as graph:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(graph.domain))

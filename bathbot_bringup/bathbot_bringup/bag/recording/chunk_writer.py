@@ -103,6 +103,7 @@ class ChunkWriter:
         self._counts[channel] += 1
         head = _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE.size - 9 + len(data), channel, number, time, published)
         if len(data) >= _LARGE:
+            self.flush()  # who reads without the index needs the messages as they came
             self._write_chunk([head, data], {channel: [(time, 0)]}, "", [head, data])
             return
         self._index[channel].append((time, self._size))

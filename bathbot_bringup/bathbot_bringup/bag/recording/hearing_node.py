@@ -60,19 +60,18 @@ class Hearing:
     def _listen(self, source: Source, ear: RawSubscription) -> None:
         """Take what one topic has sent."""
         ear.waiting(0.0)
-        shift = self._node.get_clock().now().nanoseconds - time.time_ns()  # to simulated time
         for _ in range(_TURN):
             taken = ear.take()
             if taken is None:
                 return
-            self._hand_on(source, taken, shift)
+            self._hand_on(source, taken)
         ear.remind()
 
-    def _hand_on(self, source: Source, taken: Taken, shift: int) -> None:
+    def _hand_on(self, source: Source, taken: Taken) -> None:
         self._recorder.miss(self._counts.missed(source.topic, taken.publisher, taken.number))
         if taken.data:
-            self._recorder.put(
-                Stored(source, taken.received + shift, taken.data, taken.published, taken.number)
-            )
+            # the time of now: who reads a bag without an index needs its messages in order of time
+            now = self._node.get_clock().now().nanoseconds
+            self._recorder.put(Stored(source, now, taken.data, taken.published, taken.number))
         else:
             self._recorder.refuse(source, taken.size)
