@@ -63,6 +63,7 @@ def test_the_summary_tells_what_is_there():
     assert {(chunk.compression, chunk.message_start_time) for chunk in summary.chunk_indexes} == {
         ("", 3),
         ("zstd", 5),
+        ("zstd", 9),
     }
     assert [one.metadata for one in make_reader(file).iter_metadata()] == [{"lost": "0"}]
 

@@ -58,7 +58,6 @@ class Taken(NamedTuple):
         size: Of the message [bytes].
         data: CDR; empty when it was larger than it may be.
         published: When it was sent, by its publisher's clock [ns].
-        received: When it came to this process, by the machine's clock [ns].
         number: Its publisher's count.
         publisher: Which one of the topic.
     """
@@ -66,7 +65,6 @@ class Taken(NamedTuple):
     size: int
     data: bytes
     published: int
-    received: int
     number: int
     publisher: bytes
 
@@ -96,7 +94,6 @@ def take(subscription: int, most: int) -> Taken | None:
             taken.length,
             b"" if taken.length > most else ctypes.string_at(taken.buffer, taken.length),
             info.source_timestamp,
-            info.received_timestamp,
             info.publication_sequence_number,
             bytes(info.publisher),
         )
