@@ -1,6 +1,5 @@
 """A bag that was not closed, or is damaged, written anew with an index: what can be read, and no more."""
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +10,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from bathbot_bringup.bag.bombs import LARGEST, refuse_bombs
 from bathbot_bringup.bag.reading import NOTES, check_whole, explained
-from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored
+from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, remove_bag
 from bathbot_bringup.errors import BagError
 
 
@@ -49,7 +48,7 @@ def repair_bag(bag: Path, out: Path) -> Repaired:
             raise BagError(repair.trouble)
         check_whole(out)
     except BagError as error:
-        shutil.rmtree(out) if out.is_dir() else out.unlink()
+        remove_bag(out)
         raise BagError(f"nothing can be read of {bag}: {error.__cause__ or error}") from error
     return Repaired(messages, repair.damaged, repair.trouble)
 
