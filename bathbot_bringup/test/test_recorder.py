@@ -303,10 +303,13 @@ def test_seconds_count_from_the_first_message_of_somebody_else(tmp_path, monkeyp
 
 
 @pytest.mark.graph
-def test_where_nobody_speaks_there_is_nothing_to_count_from(tmp_path, monkeypatch):
+def test_where_nobody_speaks_there_is_nothing_to_count_from_and_no_bag(tmp_path, monkeypatch):
+    """Beside a bag of another day, whose messages count for nothing."""
+    write(tmp_path / "old.mcap", [1, 2])
     monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain(os.getpid() + 2, used_ports())))
-    with pytest.raises(BagError, match="nothing that the profile lets through came within 4 s"):
-        record_graph(tmp_path / "bag", "metrics_only", Consent(), 1.0, patience=4.0)
+    with pytest.raises(BagError, match="nothing that the profile metrics_only lets through came within 4 s"):
+        record_graph(tmp_path / "new.mcap", "metrics_only", Consent(), 1.0, patience=4.0)
+    assert {file.name for file in tmp_path.iterdir()} == {"old.mcap", "metadata.yaml"}
 
 
 @pytest.mark.graph

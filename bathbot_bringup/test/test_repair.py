@@ -77,6 +77,8 @@ def test_what_is_no_bag_is_said_and_leaves_nothing(tmp_path, content):
     (tmp_path / "run.mcap").write_bytes(content)
     with pytest.raises(BagError, match="nothing can be read"):
         repair_bag(tmp_path / "run.mcap", tmp_path / "again")
+    with pytest.raises(BagError, match="nothing can be read"):
+        repair_bag(tmp_path / "run.mcap", tmp_path / "again.mcap")
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
 
 

@@ -13,7 +13,7 @@ from bathbot_perception.pictures.detect_files import COLUMNS, FILM_SUFFIXES, Fou
 from bathbot_perception.pictures.draw import draw_regions
 from bathbot_perception.pictures.voc import PICTURE_SUFFIXES
 
-from bathbot_bringup.bag.reading import read_messages, summarise_bag
+from bathbot_bringup.bag.reading import check_whole, read_messages, summarise_bag
 from bathbot_bringup.errors import BagError, InputError
 
 COLOUR_TOPIC = "color/image_raw"
@@ -77,11 +77,12 @@ def check_paths(paths: Sequence[Path]) -> None:
 
 
 def check_bag(bag: Path) -> None:
-    """Refuse a bag without colour pictures.
+    """Refuse a bag that is damaged, or without colour pictures.
 
     Raises:
         BagError: Says what the bag holds instead.
     """
+    check_whole(bag)
     topics = [topic for topic in summarise_bag(bag) if topic.messages]
     if not any(topic.name.endswith(f"/{COLOUR_TOPIC}") for topic in topics):
         held = ", ".join(topic.name for topic in topics[:5]) or "nothing"

@@ -1,23 +1,17 @@
 """A bag that was not closed, or is damaged, written anew with an index: what can be read, and no more."""
 
-import shutil
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from bathbot_depthcorr.ros.bag_messages import is_bag
-from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
-from zstandard import ZstdError
+from mcap.stream_reader import StreamReader, breakup_chunk
 
 from bathbot_bringup.bag.bombs import LARGEST, refuse_bombs
-from bathbot_bringup.bag.reading import NOTES
-from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored
+from bathbot_bringup.bag.reading import NOTES, check_whole, explained
+from bathbot_bringup.bag.recording.mcap_bag import McapBag, Source, Stored, remove_bag
 from bathbot_bringup.errors import BagError
-
-_BROKEN = (McapError, CRCValidationError, ZstdError, zlib.error, ValueError, EOFError, IndexError)
 
 
 class Repaired(NamedTuple):
@@ -32,11 +26,14 @@ def repair_bag(bag: Path, out: Path) -> Repaired:
     """Write what can be read of `bag` to a new bag `out`; the old one stays as it is.
 
     Raises:
-        BagError: When `bag` is no MCAP bag, holds nothing that can be read, or `out` exists.
+        BagError: When `bag` is no MCAP bag, holds nothing that makes a bag, or `out` exists.
     """
     files = sorted(bag.glob("*.mcap")) if bag.is_dir() else [bag]
-    if not files or not (bag.is_dir() or is_bag(bag)) or not bag.exists():
+    if not (bag.is_dir() or is_bag(bag)) or not files or not all(file.is_file() for file in files):
         raise BagError(f"{bag} is neither an .mcap file nor a folder with one; name the bag to repair")
+    with explained(bag):
+        for file in files:
+            refuse_bombs(file)
     repair = _Repair(out)
     try:
         for file in files:
@@ -46,9 +43,13 @@ def repair_bag(bag: Path, out: Path) -> Repaired:
         raise BagError(f"cannot repair {bag}: {error.strerror}; what was read is in {out}") from error
     repair.bag.close()
     messages = sum(repair.bag.counts.values())
-    if repair.trouble and not messages:
-        shutil.rmtree(out) if out.is_dir() else out.unlink()
-        raise BagError(f"nothing can be read of {bag}: {repair.trouble}")
+    try:
+        if repair.trouble and not messages:
+            raise BagError(repair.trouble)
+        check_whole(out)
+    except BagError as error:
+        remove_bag(out)
+        raise BagError(f"nothing can be read of {bag}: {error.__cause__ or error}") from error
     return Repaired(messages, repair.damaged, repair.trouble)
 
 
@@ -63,24 +64,28 @@ class _Repair:
         """Copy what can be read of a file."""
         self._schemas: dict[int, Schema] = {}
         self._sources: dict[int, Source] = {}
-        refuse_bombs(file)
         with file.open("rb") as opened:
             records = StreamReader(opened, emit_chunks=True, record_size_limit=LARGEST).records
             while (record := self._next(records)) is not None:
                 for part in self._unfolded(record) if isinstance(record, Chunk) else [record]:
-                    self._copy(part)
+                    try:
+                        self._copy(part)
+                    except OSError:  # of the new bag
+                        raise
+                    except Exception as error:
+                        self._note(error)
 
     def _next(self, records: Iterator[McapRecord]) -> McapRecord | None:
         try:
             return next(records, None)
-        except _BROKEN as error:
+        except Exception as error:  # a damaged file leads the parser to errors of any kind
             self._note(error)
             return None
 
     def _unfolded(self, chunk: Chunk) -> list[McapRecord]:
         try:
             return breakup_chunk(chunk, validate_crc=True)
-        except _BROKEN as error:
+        except Exception as error:  # as above
             self._note(error)
             return []
 

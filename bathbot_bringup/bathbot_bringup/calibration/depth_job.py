@@ -13,11 +13,12 @@ from bathbot_depthcorr.calibration.calibrate import (
 from bathbot_depthcorr.calibration.report import CalibrationReport
 from bathbot_depthcorr.views.chessboard import Chessboard
 from bathbot_depthcorr.views.colour_reference import ViewSet
-from bathbot_depthcorr.views.view_folder import write_view_folder
+from bathbot_depthcorr.views.view_folder import is_view_folder, write_view_folder
 from bathbot_depthcorr.views.views import Steps
 from rich.console import Console
 from rich.table import Table
 
+from bathbot_bringup.bag.reading import check_whole
 from bathbot_bringup.errors import InputError
 from bathbot_bringup.files import write_json
 from bathbot_bringup.graph.stages import StageLog
@@ -65,6 +66,8 @@ def run_job(job: Job) -> None:
         BathbotError: In one line; then nothing is written.
     """
     check_target(job.model, job.out)
+    if job.source is not None and not is_view_folder(job.source):
+        check_whole(job.source)
     found = []
     read = _reader(job)
 

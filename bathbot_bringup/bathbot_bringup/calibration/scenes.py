@@ -1,7 +1,6 @@
 """Recording the simulated calibration scenes: sim_camera, the recorder and, for the marker, the arm."""
 
 import datetime
-import shutil
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +14,7 @@ from bathbot_scrub.rm65.controller.protocol import joints_to_wire
 from numpy.typing import NDArray
 
 from bathbot_bringup.bag.reading import summarise_bag
-from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
+from bathbot_bringup.bag.recording.mcap_bag import refuse_existing, remove_bag
 from bathbot_bringup.bag.recording.privacy import Consent
 from bathbot_bringup.calibration.marker_poses import marker_poses
 from bathbot_bringup.errors import StepError
@@ -120,15 +119,8 @@ def _recording(out: Path, nodes: Mapping[str, Parameters]) -> Iterator[GraphClie
         ):
             yield graph.client
     except BaseException:
-        _remove(out)  # the recorder has closed it in order, but it is not what was asked for
+        remove_bag(out)  # the recorder has closed it in order, but it is not what was asked for
         raise
-
-
-def _remove(bag: Path) -> None:
-    if bag.is_dir():
-        shutil.rmtree(bag)
-    else:
-        bag.unlink(missing_ok=True)
 
 
 class _Mover:

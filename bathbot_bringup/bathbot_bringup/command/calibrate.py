@@ -100,5 +100,8 @@ def hand_eye(
     """  # noqa: D301 - \b keeps the lines of examples
     from bathbot_localize.hand_eye.recording import calibrate_bag
 
+    from bathbot_bringup.bag.reading import check_whole
+
+    check_whole(bag)
     for line in calibrate_bag(bag, out, progress=typer.echo).lines():
         typer.echo(line)

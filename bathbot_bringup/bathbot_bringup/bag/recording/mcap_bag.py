@@ -1,6 +1,7 @@
 """A rosbag2 bag: topics and messages in one MCAP file, alone or in a folder with its metadata."""
 
 import json
+import shutil
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -53,6 +54,19 @@ def refuse_existing(target: Path) -> None:
     """
     if target.exists():
         raise BagError(f"{target} exists already and is not overwritten; choose another name or remove it")
+
+
+def remove_bag(target: Path) -> None:
+    """Remove a bag of ours, and what describes nothing else."""
+    if target.is_dir():
+        shutil.rmtree(target)
+        return
+    target.unlink(missing_ok=True)
+    described = target.with_name("metadata.yaml")
+    with suppress(OSError, ValueError, KeyError):  # then it is not ours
+        about = json.loads(described.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        if about["relative_file_paths"] == [target.name]:
+            described.unlink()
 
 
 class McapBag:

@@ -1,12 +1,14 @@
 """Recording from the command line: the recorder node as a child, until Ctrl-C or a time."""
 
-import json
 import time
 from contextlib import suppress
 from pathlib import Path
 
-from bathbot_bringup.bag.reading import TopicSummary, notes_of, summarise_bag
-from bathbot_bringup.bag.recording.mcap_bag import refuse_existing
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+from bathbot_bringup.bag.reading import TopicSummary, explained, notes_of, summarise_bag
+from bathbot_bringup.bag.recording.mcap_bag import refuse_existing, remove_bag
 from bathbot_bringup.bag.recording.privacy import Consent, find_profile
 from bathbot_bringup.errors import BagError
 from bathbot_bringup.files import log_folder
@@ -35,7 +37,8 @@ def record_graph(
         The topics in the bag, and its notes.
 
     Raises:
-        BringupError: On a bad argument, when the recorder dies, or when nothing comes to count from.
+        BringupError: On a bad argument, when the recorder dies, or when nothing comes to count from; then
+            there is no bag.
     """
     find_profile(config_file("bathbot_bringup", "privacy_profiles.yaml"), profile).check_consent(consent)
     refuse_existing(out)
@@ -43,32 +46,41 @@ def record_graph(
     with log_folder("record") as logs, ProcessGroup(logs, node_environment(logs)) as group:
         group.start("recorder", node_command(find_node("recorder"), parameters))
         try:
-            _wait(group, out, seconds, patience)
+            came = _wait(group, out, seconds, patience)
         except KeyboardInterrupt:
             if seconds:
                 raise
+            came = True
+    if not came:
+        remove_bag(out)
+        raise BagError(
+            f"nothing that the profile {profile} lets through came within {patience:.0f} s, so there is no "
+            f"{out}; are nodes running in this ROS_DOMAIN_ID?"
+        )
     return summarise_bag(out), notes_of(out)
 
 
-def _wait(group: ProcessGroup, out: Path, seconds: float, patience: float) -> None:
+def _wait(group: ProcessGroup, out: Path, seconds: float, patience: float) -> bool:
+    """Wait until all is recorded; false when there was nothing to count from."""
     deadline, begun = time.monotonic() + patience, 0.0
     while not (seconds and begun and time.monotonic() > begun + seconds):
         group.check()
-        if seconds and not begun and _messages(out):
+        if seconds and not begun and _heard(out):
             begun = time.monotonic()
         if seconds and not begun and time.monotonic() > deadline:
-            raise BagError(
-                f"nothing that the profile lets through came within {patience:.0f} s, so {out} is empty; are "
-                "nodes running in this ROS_DOMAIN_ID?"
-            )
+            return False
         time.sleep(_LOOK)
+    return True
 
 
-def _messages(out: Path) -> int:
-    """Messages of others in a bag that is being written, as of the last half second."""
-    described = (out.parent if out.suffix == ".mcap" else out) / "metadata.yaml"
-    with suppress(OSError, ValueError):  # it is about to appear
-        about = json.loads(described.read_text(encoding="utf-8"))  # our YAML is JSON, too
-        topics = about["rosbag2_bagfile_information"]["topics_with_message_count"]
-        return sum(one["message_count"] for one in topics if one["topic_metadata"]["name"] not in _ITS_OWN)
-    return 0
+def _heard(out: Path) -> bool:
+    """Whether a bag that is being written holds a message of others, as of the last half second."""
+    topics: dict[int, str] = {}
+    file = out if out.suffix == ".mcap" else out / f"{out.name}.mcap"
+    with suppress(BagError), explained(out), file.open("rb") as opened:  # it is about to appear, or to change
+        for record in StreamReader(opened).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            if isinstance(record, Message) and topics.get(record.channel_id) not in _ITS_OWN:
+                return True
+    return False

@@ -2,7 +2,7 @@
 
 from rich.console import Console
 
-from bathbot_bringup.bag.reading import bag_length
+from bathbot_bringup.bag.reading import bag_bytes, bag_length, check_whole
 from bathbot_bringup.bag.replaying.replay_settings import ReplaySettings
 from bathbot_bringup.bag.replaying.replayer import ReplayTopic, choose_topics, has_pictures, lost
 from bathbot_bringup.errors import ProcessError, ReplayError
@@ -11,6 +11,7 @@ from bathbot_bringup.graph.running import RunningGraph, running
 
 PIPELINE = ("depth_corrector", "skin_detector", "target_localizer")
 _SLACK = 60.0  # [s] beyond the length of the bag
+_LOOKED_THROUGH = 50e6  # [bytes/s] of a bag that the replayer looks through first, at least
 _LAST_WORDS = 2.0  # [s] for what is still being worked on
 
 
@@ -29,6 +30,7 @@ def replay_bag(settings: ReplaySettings, console: Console | None = None) -> dict
         BringupError: When the bag cannot be used or a node fails.
     """
     console = console or Console(highlight=False)
+    check_whole(settings.bag)
     topics = choose_topics(settings.bag, sources_only=True)
     again = has_pictures([topic.name for topic in topics])
     if not again:
@@ -69,14 +71,17 @@ def watch_replay(
 
     Raises:
         ProcessError: When a process dies or the replay does not end.
+        ReplayError: When the replayer cannot go on.
     """
     from bathbot_bringup.bag.replaying.replay_watch_node import ReplayCounter  # ROS only once a graph runs
 
     counter = ReplayCounter(graph.client.node, topics)
     graph.start("replayer", settings.parameters("replayer"))
-    patience = bag_length(settings.bag) / settings.rate + _SLACK
-    if not graph.client.spin_until(lambda: counter.finished, patience):
+    patience = bag_length(settings.bag) / settings.rate + bag_bytes(settings.bag) / _LOOKED_THROUGH + _SLACK
+    if not graph.client.spin_until(lambda: counter.finished or counter.broken, patience):
         raise ProcessError("replayer", f"did not finish within {patience:.0f} s", "", "the nodes' logs")
+    if counter.broken:
+        raise ReplayError(counter.broken)
     graph.client.wait(_LAST_WORDS)
     return dict(counter.counts), counter.complaints
 

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
+from bathbot_depthcorr.node.stage_node import ERROR
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -29,13 +30,14 @@ class ReplayCounter:
         counts: Messages by topic, and by topic and region.
         complaints: What each node last complained about; empty when all was well.
         finished: Whether the replayer has said that the bag is at its end.
+        broken: Why it cannot go on; empty while it can.
     """
 
     def __init__(self, node: Node, topics: list[ReplayTopic]) -> None:
         """Subscribe, with a node that somebody spins, to what the replayer and the pipeline publish."""
         self.counts: Counter[str] = Counter()
         self.complaints: dict[str, str] = {}
-        self.finished = False
+        self.finished, self.broken = False, ""
         kinds = {f"/{name}": (kind, qos_profile_sensor_data) for name, kind in MADE.items()}
         kinds |= {topic.name: (topic.message_type, offered_again(topic)) for topic in counted(topics)}
         for name, (kind, qos) in kinds.items():
@@ -56,4 +58,6 @@ class ReplayCounter:
     def _hear(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.complaints[status.name] = status.message if status.level != b"\x00" else ""
-            self.finished |= status.name == "replayer" and status.message == FINISHED
+            if status.name == "replayer":
+                self.finished |= status.message == FINISHED
+                self.broken = status.message if status.level == ERROR else ""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rosbags.interfaces import Connection, Qos
 
-from bathbot_bringup.bag.reading import open_bag
+from bathbot_bringup.bag.reading import open_bag, stored
 from bathbot_bringup.errors import BagError
 
 PICTURES = ("color/image_raw", "depth/image_rect_raw")
@@ -19,6 +19,9 @@ _MADE_BY_PIPELINE = (
 CLOCK_STEP = 5_000_000
 """Least recorded time between two messages on /clock [ns]."""
 _LOOK_EVERY, _TIME_TO_FOLLOW = 0.1, 1.0  # [s] between looks for listeners, and for others to follow the first
+LONGEST_PAUSE = 3600.0
+"""Between two messages [s]; beyond it somebody has set the clock."""
+_LAST = 2**31 * 10**9  # [ns] that a time of ROS can tell
 _NEVER = ("/clock", "/rosout", "/parameter_events", "/diagnostics")
 
 
@@ -61,12 +64,17 @@ def choose_topics(bag: Path, sources_only: bool) -> list[ReplayTopic]:
         held = [c for c in reader.connections if c.msgcount and c.topic not in _NEVER]
         anew = sources_only and has_pictures([c.topic for c in held])
         chosen = [c for c in held if not (anew and _ends_with(c.topic, _MADE_BY_PIPELINE))]
-        topics = [ReplayTopic(c.topic, c.msgtype, c.msgcount, next(iter(_qos(c)), None)) for c in chosen]
+        topics: dict[str, ReplayTopic] = {}
+        for c in chosen:
+            known = topics.get(c.topic, ReplayTopic(c.topic, c.msgtype, 0, next(iter(_qos(c)), None)))
+            if known.message_type != c.msgtype:
+                raise BagError(f"{c.topic} of {bag} is of two types, {known.message_type} and {c.msgtype}")
+            topics[c.topic] = known._replace(messages=known.messages + c.msgcount)
     if not topics:
         raise BagError(
             f"bag {bag} holds no messages that could be published; was it recorded while the graph ran?"
         )
-    return topics
+    return list(topics.values())
 
 
 def counted(topics: Sequence[ReplayTopic]) -> list[ReplayTopic]:
@@ -89,10 +97,25 @@ def _qos(connection: Connection) -> Sequence[Qos]:
 
 
 def messages_of(bag: Path, topics: Sequence[ReplayTopic]) -> Iterator[Message]:
-    """Give the messages of some topics in the order they were recorded, undecoded."""
+    """Give the messages of some topics in the order they were recorded, undecoded.
+
+    Raises:
+        BagError: When the bag cannot be read, or its clock was set while it was recorded.
+    """
     names = {topic.name for topic in topics}
     with open_bag(bag) as reader:
-        for connection, stamp, data in reader.messages([c for c in reader.connections if c.topic in names]):
+        last: int | None = None
+        for connection, stamp, data in stored(reader, [c for c in reader.connections if c.topic in names]):
+            if not 0 <= stamp < _LAST:
+                raise BagError(
+                    f"a message of {bag} was received {stamp} ns after 1970, which is no time of ROS"
+                )
+            if last is not None and stamp - last > LONGEST_PAUSE * 1e9:
+                raise BagError(
+                    f"the clock of {bag} leaps by {(stamp - last) * 1e-9 / 3600:.1f} h between two messages; "
+                    "was it set during the recording?"
+                )
+            last = stamp
             yield Message(connection.topic, stamp, bytes(data))
 
 

@@ -11,6 +11,7 @@ from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 
 from bathbot_bringup.bag.message_types import message_class
+from bathbot_bringup.bag.reading import check_whole
 from bathbot_bringup.bag.recording.privacy import PICTURE_TYPES
 from bathbot_bringup.bag.replaying.replay_settings import ReplayerSettings
 from bathbot_bringup.bag.replaying.replayer import (
@@ -53,6 +54,7 @@ class ReplayerNode(StageNode):
                 "bag is empty, so there is nothing to replay; give a rosbag2 folder or an .mcap file"
             )
         self._settings = settings
+        check_whole(Path(settings.bag))
         self._topics = choose_topics(Path(settings.bag), settings.sources_only)
         self._outputs = {
             topic.name: self.publisher(message_class(topic.message_type), topic.name, offered_again(topic))
