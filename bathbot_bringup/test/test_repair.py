@@ -1,6 +1,7 @@
 """What can be read of a bag is written anew: all of one that nobody closed, the rest of a damaged one."""
 
 import os
+from itertools import pairwise
 
 import pytest
 from bags import write_bag
@@ -88,3 +89,21 @@ def test_nothing_to_repair_is_said(tmp_path):
     with pytest.raises(BagError, match="exists already"):
         repair_bag(unfinished(tmp_path / "run"), tmp_path / "run")
     assert summarise_bag(tmp_path / "run")
+
+
+def test_offers_of_a_stranger_that_unfold_to_gigabytes_are_damage(tmp_path):
+    bag = McapBag(tmp_path / "run", {})
+    words = "".join(
+        f", &{name} [*{before}, *{before}]" for before, name in pairwise("abcdefghijklmnopqrstuvwxyz")
+    )
+    bomb = f"[&a [1, 1]{words}]"
+    writer = bag._writer
+    schema = writer.add_schema(CLOCK.message_type, "ros2msg", b"builtin_interfaces/Time clock")
+    writer.add_message(
+        writer.add_channel(CLOCK.topic, schema, {"offered_qos_profiles": bomb}), 1, 1, 1, bytes(12)
+    )
+    bag.sync()
+    bag.abandon()
+    with pytest.raises(BagError, match="unfolds to more than"):
+        repair_bag(tmp_path / "run", tmp_path / "again")
+    assert not (tmp_path / "again").exists()

@@ -98,9 +98,10 @@ class _Repair:
             self._schemas[record.id] = record
         elif isinstance(record, Channel) and record.schema_id in self._schemas:
             schema = self._schemas[record.schema_id]
-            source = self._sources[record.id] = Source(record.topic, schema.name)
+            source = Source(record.topic, schema.name)
             if source not in self.bag.counts:
                 self.bag.add_defined(source, schema.encoding, schema.data, record.metadata)
+            self._sources[record.id] = source
         elif isinstance(record, Message) and record.channel_id in self._sources:
             source = self._sources[record.channel_id]
             self.bag.write(Stored(source, record.log_time, record.data, record.publish_time, record.sequence))

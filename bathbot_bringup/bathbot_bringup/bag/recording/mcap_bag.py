@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
+from bathbot_depthcorr.bounded_files import parse_yaml
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
@@ -136,11 +136,15 @@ class McapBag:
             encoding: Language of the definition, such as `ros2msg`.
             definition: Of the type.
             about: Of the channel: `offered_qos_profiles` as YAML, `topic_type_hash`.
+
+        Raises:
+            yaml.YAMLError: When the offers are no YAML, or more than they should be.
         """
+        offers = parse_yaml(about.get("offered_qos_profiles", "[]"))
         schema = self._writer.add_schema(source.message_type, encoding, definition)
         self._channels[source] = self._writer.add_channel(source.topic, schema, about)
         self._about[source], self.counts[source] = about, 0
-        self._offers[source] = yaml.safe_load(about.get("offered_qos_profiles", "[]"))
+        self._offers[source] = offers
 
     def write(self, message: Stored) -> None:
         """Store a message of a topic that was announced.
