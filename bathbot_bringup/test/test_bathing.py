@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bathbot_bringup.bathing.job import BathingJob
-from bathbot_bringup.bathing.pace import Arrival, enough, pace, too_slow
+from bathbot_bringup.bathing.pace import Arrival, enough, pace, recent, too_slow
 from bathbot_bringup.bathing.steps import Sighting, settled
 from bathbot_bringup.errors import ProcessError, StepError
 from bathbot_bringup.graph.stages import StageLog
@@ -138,6 +138,13 @@ def test_an_arm_off_its_beat_is_told_with_the_number():
     assert "commands come 31 ms off their beat; 20 ms are allowed" in too_slow(
         pace(arrivals(5.0, 0.3), 0.031), 1.5
     )
+
+
+def test_a_slow_beginning_is_forgiven():
+    slow, then = arrivals(0.5, 3.0, count=3), [Arrival(10.0 + k / 5, 10.3 + k / 5) for k in range(20)]
+    assert too_slow(pace([*slow, *then], 0.001), 1.5)
+    assert not too_slow(pace(recent([*slow, *then]), 0.001), 1.5)
+    assert recent([]) == []
 
 
 def test_three_seconds_are_enough_to_judge_by():

@@ -64,7 +64,7 @@ class RegionFinder:
             if self._client.spin_until(
                 lambda: steps.settled(self._sightings, _AGREEING, _SPREAD), step.timeout
             ):
-                self._watch.wait()
+                self._watch.wait(lambda: self.arm.period_deviation_p99)
             else:
                 why = self._why("target_localizer", self._what_was_seen())
         slow = self._watch.trouble(not why, self.arm.period_deviation_p99)

@@ -22,6 +22,11 @@ def enough(arrivals: Sequence[Arrival]) -> bool:
     return len(arrivals) > 1 and arrivals[-1].heard - arrivals[0].heard > _WATCH
 
 
+def recent(arrivals: Sequence[Arrival]) -> Sequence[Arrival]:
+    """Those of the last seconds: a machine that has just begun is slower than it will be."""
+    return [arrival for arrival in arrivals if arrival.heard > arrivals[-1].heard - _WATCH]
+
+
 class Pace(NamedTuple):
     """How quickly a machine sees and moves.
 

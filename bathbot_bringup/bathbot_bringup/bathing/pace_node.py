@@ -1,18 +1,18 @@
 """Hears how quickly this machine sees, while a region is looked for."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from bathbot_depthcorr.ros.serialized_image import stamp_of
 from bathbot_scrub.scrub_planner_settings import ScrubPlannerSettings
 from sensor_msgs.msg import PointCloud2
 
-from bathbot_bringup.bathing.pace import Arrival, Pace, enough, pace, too_slow
+from bathbot_bringup.bathing.pace import Arrival, Pace, enough, pace, recent, too_slow
 from bathbot_bringup.graph.client_node import GraphClient
 
 _PATIENCE = ScrubPlannerSettings().lost_after  # [s]
 _ALLOWED = 0.5 * _PATIENCE  # [s] while the arm stands: the machine will be busier
-_LONGEST = 15.0  # [s] within which enough surfaces come, or the machine is too slow
+_LONGEST = 20.0  # [s] within which it has kept up for some seconds, or the machine is too slow
 
 
 class PaceWatch:
@@ -45,9 +45,11 @@ class PaceWatch:
         finally:
             node.destroy_subscription(surfaces)
 
-    def wait(self) -> None:
-        """Wait until enough surfaces have come to judge by, or far too long."""
-        self._client.spin_until(lambda: enough(self._surfaces), _LONGEST)
+    def wait(self, off_beat: Callable[[], float]) -> None:
+        """Wait until this machine has kept up for some seconds, or far too long; `off_beat` as of `trouble`."""
+        self._client.spin_until(
+            lambda: enough(self._surfaces) and not self.trouble(True, off_beat()), _LONGEST
+        )
 
     def trouble(self, found: bool, off_beat: float) -> str:
         """Why this machine is too slow, with the numbers; empty when it is not.
@@ -56,7 +58,7 @@ class PaceWatch:
             found: Whether the region was; without it there is no surface, only the search for it.
             off_beat: 99th percentile of how far the arm's commands come off their beat [s].
         """
-        self.pace = pace(self._surfaces if found else self._looks, off_beat)
+        self.pace = pace(recent(self._surfaces if found else self._looks), off_beat)
         slow = too_slow(self.pace, _ALLOWED if found else _PATIENCE)
         return slow and f"this machine is too slow, or too busy: {slow}"
 
