@@ -46,7 +46,7 @@ class PaceWatch:
             node.destroy_subscription(surfaces)
 
     def wait(self, off_beat: Callable[[], float]) -> None:
-        """Wait until this machine has kept up for some seconds, or far too long; `off_beat` as of `trouble`."""
+        """Wait until this machine has kept up for some seconds, or far too long; see `trouble`."""
         self._client.spin_until(
             lambda: enough(self._surfaces) and not self.trouble(True, off_beat()), _LONGEST
         )
